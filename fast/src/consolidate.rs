@@ -1,8 +1,9 @@
 //! Consolidation: adds an iteration's photons to what pixels have gathered, and shrinks their radii.
 //! `reference::consolidate`, in lanes.
 
+use crate::join::RadiiSums;
 use crate::join::sums::GroupSums;
-use crate::pixels::{GROUP, Pixel, PixelLanes, PixelRows, PixelRowsLanes};
+use crate::pixels::{GROUP, GroupColumns, Pixel, PixelLanes, PixelRow, PixelRowLanes};
 use lanes::{Lanes, MOST_LANES, V3};
 use scene::film::FluxUnit;
 use scene::{Rgb, Settings};
@@ -11,16 +12,18 @@ use std::f32::consts::PI;
 /// The share of new photons that is kept, as in the reference.
 const ALPHA: f32 = 2.0 / 3.0;
 
-/// Consolidates a group: adds its direct light and what it has gathered in one iteration.
+/// Consolidates a group: adds its direct light and what it has gathered in one iteration. Adds the radii that follow to
+/// `radii`.
 #[inline(always)]
 pub(crate) fn consolidate_group<L: Lanes>(
     pixels: &mut [Pixel],
-    rows: &[PixelRows],
+    (rows, columns): (&[PixelRow], &GroupColumns),
     sums: &GroupSums,
     unit: FluxUnit,
+    radii: &mut RadiiSums,
 ) {
     for at in (0..GROUP).step_by(L::N) {
-        let new = PixelRowsLanes::<L>::load(&rows[at..]);
+        let new = PixelRowLanes::<L>::load(&rows[at..]);
         let old = PixelLanes::<L>::load(&pixels[at..]);
         let counted = L::load_u(&sums.m[at..]);
         let m = L::to_float(counted);
@@ -30,11 +33,12 @@ pub(crate) fn consolidate_group<L: Lanes>(
         let tau = (old.tau + new.beta * phi).scale(ratio);
         let nothing = L::eq(counted, L::u(0));
         let pixel = PixelLanes {
-            direct: old.direct + new.direct,
+            direct: old.direct + columns.direct(at),
             tau: V3::select(nothing, old.tau, tau),
             n: L::select(nothing, old.n, n),
             radius_squared: L::select(nothing, old.radius_squared, new.radius_squared * ratio),
         };
+        radii.add::<L>(at, pixel.n, pixel.radius_squared);
         pixel.store(&mut pixels[at..]);
     }
 }
@@ -45,19 +49,20 @@ pub(crate) fn consolidate_group<L: Lanes>(
 #[inline(always)]
 pub(crate) fn estimate_group<L: Lanes>(
     pixels: &mut [Pixel],
-    rows: &[PixelRows],
+    (rows, columns): (&[PixelRow], &GroupColumns),
     sums: &GroupSums,
     unit: FluxUnit,
     density: f32,
 ) {
     for at in (0..GROUP).step_by(L::N) {
-        let new = PixelRowsLanes::<L>::load(&rows[at..]);
+        let new = PixelRowLanes::<L>::load(&rows[at..]);
         let old = PixelLanes::<L>::load(&pixels[at..]);
         let counted = L::load_u(&sums.m[at..]);
         let phi = phi_of::<L>(sums, at, unit);
-        let radiance = new.direct + (new.beta * phi).scale(L::f(density));
+        let direct = columns.direct::<L>(at);
+        let radiance = direct + (new.beta * phi).scale(L::f(density));
         let pixel = PixelLanes {
-            direct: V3::select(L::eq(counted, L::u(0)), new.direct, radiance),
+            direct: V3::select(L::eq(counted, L::u(0)), direct, radiance),
             n: L::from_bits(counted),
             ..old
         };

@@ -3,26 +3,28 @@
 //! Neighbours in memory are neighbours in the picture, so they see the same things, and they gather photons in groups
 //! ([`GROUP`]).
 
+use crate::pages::Pages;
 use bytemuck::{Pod, Zeroable};
 use lanes::{Lanes, MOST_LANES, Row, V3};
+use scene::film::TILE_SIDE as SIDE;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::sobol::morton;
 use scene::{Rgb, Settings, Vec3};
 
 /// Pixels of a tile.
-pub(crate) const TILE: usize = 64;
+pub(crate) const TILE: usize = (SIDE * SIDE) as usize;
 /// Pixels of a group, which gather photons together: a block of 4x4.
 pub(crate) const GROUP: usize = 16;
 
 /// The number of slots for the pixels of an image: those of whole tiles.
 pub(crate) fn slots(settings: &Settings) -> usize {
-    settings.width.div_ceil(8) as usize * settings.height.div_ceil(8) as usize * TILE
+    settings.width.div_ceil(SIDE) as usize * settings.height.div_ceil(SIDE) as usize * TILE
 }
 
 /// The slot of pixel (x, y).
 pub(crate) fn slot_of(width: u32, x: u32, y: u32) -> usize {
-    let tile = (y / 8) as usize * width.div_ceil(8) as usize + (x / 8) as usize;
-    tile * TILE + morton(x & 7, y & 7) as usize
+    let tile = (y / SIDE) as usize * width.div_ceil(SIDE) as usize + (x / SIDE) as usize;
+    tile * TILE + morton(x % SIDE, y % SIDE) as usize
 }
 
 /// What a pixel has gathered over all iterations: `reference::consolidate::Pixel`.
@@ -84,10 +86,37 @@ impl<L: Lanes> PixelLanes<L> {
     }
 }
 
-/// What a pixel's camera path has found in this iteration: the visible point and direct light.
+/// What the camera paths of all pixels have found in this iteration, in tile order.
+pub(crate) struct Seen {
+    pub(crate) rows: Pages<PixelRow>,
+    /// Of each group.
+    pub(crate) columns: Pages<GroupColumns>,
+}
+
+impl Seen {
+    /// For a camera pass to write to, in the memory of `old` if that is of as many pixels. Slots outside of the image, which no pass
+    /// writes to, see nothing.
+    pub(crate) fn new(old: Option<Self>, settings: &Settings) -> Self {
+        let (rows, columns) = old.map(|Self { rows, columns }| (rows, columns)).unzip();
+        let slots = slots(settings);
+        let rows = if slots == settings.pixels() {
+            Pages::reused(rows, slots)
+        } else {
+            Pages::refilled(rows, PixelRow::NOTHING, slots)
+        };
+        Self { rows, columns: Pages::reused(columns, slots / GROUP) }
+    }
+
+    /// Bytes of memory held.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of_val(&self.rows[..]) + size_of_val(&self.columns[..])
+    }
+}
+
+/// What photons are sought by at a pixel: the visible point that its camera path has found in this iteration.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(32))]
-pub(crate) struct PixelRows {
+pub(crate) struct PixelRow {
     /// The visible point.
     pub(crate) point: [f32; 3],
     /// The sphere that it lies on; [`NO_SPHERE`] if there is no visible point.
@@ -96,114 +125,138 @@ pub(crate) struct PixelRows {
     pub(crate) beta: [f32; 3],
     /// The squared search radius of the iteration.
     pub(crate) radius_squared: f32,
-    /// Unit normal on the visible side.
-    pub(crate) normal: [f32; 3],
-    pub(crate) direct: [f32; 3],
-    unused: [f32; 2],
 }
 
-impl PixelRows {
+impl PixelRow {
     /// A pixel that sees nothing.
-    pub(crate) const NOTHING: Self = Self {
-        point: [0.0; 3],
-        sphere: NO_SPHERE,
-        beta: [0.0; 3],
-        radius_squared: 0.0,
-        normal: [0.0; 3],
-        direct: [0.0; 3],
-        unused: [0.0; 2],
-    };
+    pub(crate) const NOTHING: Self =
+        Self { point: [0.0; 3], sphere: NO_SPHERE, beta: [0.0; 3], radius_squared: 0.0 };
 
     /// The visible point, if there is one.
     #[inline(always)]
     pub(crate) fn visible(&self) -> Option<Vec3> {
         (self.sphere != NO_SPHERE).then_some(Vec3::from_array(self.point))
     }
-
-    /// Direct light as a colour.
-    pub(crate) fn direct_light(&self) -> Rgb {
-        self.direct.into()
-    }
 }
 
-/// The first halves of [`PixelRows`] among rows of lanes' memory.
-const FIRST: [u32; MOST_LANES] = evens(0);
-/// The second halves.
-const SECOND: [u32; MOST_LANES] = evens(1);
-
-/// Every second number.
-const fn evens(first: u32) -> [u32; MOST_LANES] {
-    let mut numbers = [first; MOST_LANES];
-    let mut k = 0;
-    while k < MOST_LANES {
-        numbers[k] += 2 * k as u32;
-        k += 1;
-    }
-    numbers
-}
-
-/// The first halves of [`PixelRows`] in lanes: what photons are sought by.
-pub(crate) struct FoundLanes<L: Lanes> {
+/// [`PixelRow`]s in lanes.
+pub(crate) struct PixelRowLanes<L: Lanes> {
     pub(crate) point: V3<L>,
     pub(crate) sphere: L::U,
     pub(crate) beta: V3<L>,
     pub(crate) radius_squared: L::F,
 }
 
-impl<L: Lanes> FoundLanes<L> {
-    /// Those of the first `L::N` pixels.
-    #[inline(always)]
-    pub(crate) fn load(rows: &[PixelRows]) -> Self {
-        let [px, py, pz, sphere, br, bg, bb, radius_squared] =
-            L::gather_rows(bytemuck::cast_slice(rows), &FIRST);
-        let (point, beta) = (V3::new(px, py, pz), V3::new(br, bg, bb));
-        Self { point, sphere: L::bits(sphere), beta, radius_squared }
-    }
-}
-
-/// The normals of the first `L::N` pixels.
-#[inline(always)]
-pub(crate) fn normals<L: Lanes>(rows: &[PixelRows]) -> V3<L> {
-    let [nx, ny, nz, ..] = L::gather_rows(bytemuck::cast_slice(rows), &SECOND);
-    V3::new(nx, ny, nz)
-}
-
-/// [`PixelRows`] in lanes.
-pub(crate) struct PixelRowsLanes<L: Lanes> {
-    pub(crate) point: V3<L>,
-    pub(crate) sphere: L::U,
-    pub(crate) beta: V3<L>,
-    pub(crate) radius_squared: L::F,
-    pub(crate) normal: V3<L>,
-    pub(crate) direct: V3<L>,
-}
-
-impl<L: Lanes> PixelRowsLanes<L> {
+impl<L: Lanes> PixelRowLanes<L> {
     /// The first `L::N` pixels.
     #[inline(always)]
-    pub(crate) fn load(rows: &[PixelRows]) -> Self {
-        let FoundLanes { point, sphere, beta, radius_squared } = FoundLanes::load(rows);
-        let [nx, ny, nz, dr, dg, db, ..] = L::gather_rows(bytemuck::cast_slice(rows), &SECOND);
-        let (normal, direct) = (V3::new(nx, ny, nz), V3::new(dr, dg, db));
-        Self { point, sphere, beta, radius_squared, normal, direct }
+    pub(crate) fn load(rows: &[PixelRow]) -> Self {
+        let [px, py, pz, sphere, br, bg, bb, radius_squared] = L::load_rows(bytemuck::cast_slice(rows));
+        let (point, beta) = (V3::new(px, py, pz), V3::new(br, bg, bb));
+        Self { point, sphere: L::bits(sphere), beta, radius_squared }
     }
 
     /// Writes lane k to the slot `slots[k]`, for the first `count` lanes.
     #[inline(always)]
-    pub(crate) fn scatter(&self, slots: &[u32], count: usize, rows: &mut [PixelRows]) {
-        let Self { point: p, sphere, beta: b, radius_squared, normal: n, direct: d } = self;
-        let zero = L::f(0.0);
-        let mut transposed = [[Row::default(); MOST_LANES]; 2];
-        L::transpose(
-            [p.x, p.y, p.z, L::from_bits(*sphere), b.x, b.y, b.z, *radius_squared],
-            &mut transposed[0],
-        );
-        L::transpose([n.x, n.y, n.z, d.x, d.y, d.z, zero, zero], &mut transposed[1]);
-        // By halves: a copy of both at once would wait until the halves are in memory.
+    pub(crate) fn scatter(&self, slots: &[u32], count: usize, rows: &mut [PixelRow]) {
+        let Self { point: p, sphere, beta: b, radius_squared } = self;
+        let mut transposed = [Row::default(); MOST_LANES];
+        let columns = [p.x, p.y, p.z, L::from_bits(*sphere), b.x, b.y, b.z, *radius_squared];
+        L::transpose(columns, &mut transposed);
         let rows: &mut [Row] = bytemuck::cast_slice_mut(rows);
-        for (lane, slot) in slots.iter().enumerate().take(count) {
-            rows[2 * *slot as usize] = transposed[0][lane];
-            rows[2 * *slot as usize + 1] = transposed[1][lane];
+        for (row, slot) in transposed.iter().zip(slots).take(count) {
+            rows[*slot as usize] = *row;
         }
     }
+}
+
+/// What else the camera paths of a group's pixels have found, in columns. It is read far less often.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C, align(64))]
+pub(crate) struct GroupColumns {
+    /// Unit normals on the visible side.
+    normal: [[f32; GROUP]; 3],
+    direct: [[f32; GROUP]; 3],
+}
+
+impl GroupColumns {
+    /// Normals of the `L::N` pixels from `at` on.
+    #[inline(always)]
+    pub(crate) fn normals<L: Lanes>(&self, at: usize) -> V3<L> {
+        load_columns(&self.normal, at)
+    }
+
+    /// Direct light of the `L::N` pixels from `at` on.
+    #[inline(always)]
+    pub(crate) fn direct<L: Lanes>(&self, at: usize) -> V3<L> {
+        load_columns(&self.direct, at)
+    }
+
+    /// The normal of pixel k.
+    #[inline(always)]
+    pub(crate) fn normal(&self, k: usize) -> Vec3 {
+        self.normal.map(|column| column[k]).into()
+    }
+
+    /// Direct light of pixel k.
+    pub(crate) fn direct_light(&self, k: usize) -> Rgb {
+        self.direct.map(|column| column[k]).into()
+    }
+
+    /// Sets direct light of pixel k.
+    pub(crate) fn set_direct_light(&mut self, k: usize, light: Rgb) {
+        for (column, light) in self.direct.iter_mut().zip(light.to_array()) {
+            column[k] = light;
+        }
+    }
+
+    /// Sets the normal of pixel k.
+    pub(crate) fn set_normal(&mut self, k: usize, normal: Vec3) {
+        for (column, normal) in self.normal.iter_mut().zip(normal.to_array()) {
+            column[k] = normal;
+        }
+    }
+
+    /// Writes lane k to the slot `slots[k]`, for the first `count` lanes.
+    #[inline(always)]
+    pub(crate) fn scatter<L: Lanes>(
+        (normal, direct): (V3<L>, V3<L>),
+        slots: &[u32],
+        count: usize,
+        groups: &mut [Self],
+    ) {
+        let first = slots[0];
+        let is_next = L::eq(L::load_u(slots), L::u(first) + L::iota());
+        // As most are where nothing is a mirror or glass.
+        if count >= L::N && !L::any(!is_next) && (first as usize).is_multiple_of(L::N) {
+            let Self { normal: n, direct: d } = &mut groups[first as usize / GROUP];
+            let at = first as usize % GROUP;
+            store_columns(normal, n, at);
+            store_columns(direct, d, at);
+            return;
+        }
+        let columns = [normal.x, normal.y, normal.z, direct.x, direct.y, direct.z];
+        let mut lanes = [[0.0; MOST_LANES]; 6];
+        for (lanes, column) in lanes.iter_mut().zip(columns) {
+            L::store(column, lanes);
+        }
+        for (k, slot) in slots.iter().enumerate().take(L::N.min(count)) {
+            let Self { normal: n, direct: d } = &mut groups[*slot as usize / GROUP];
+            for (column, lanes) in n.iter_mut().chain(d).zip(&lanes) {
+                column[*slot as usize % GROUP] = lanes[k];
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn load_columns<L: Lanes>([x, y, z]: &[[f32; GROUP]; 3], at: usize) -> V3<L> {
+    V3::new(L::load(&x[at..]), L::load(&y[at..]), L::load(&z[at..]))
+}
+
+#[inline(always)]
+fn store_columns<L: Lanes>(from: V3<L>, [x, y, z]: &mut [[f32; GROUP]; 3], at: usize) {
+    L::store(from.x, &mut x[at..]);
+    L::store(from.y, &mut y[at..]);
+    L::store(from.z, &mut z[at..]);
 }

@@ -2,7 +2,8 @@
 //! kernels of all lanes would be built once more for these.
 
 use fast::{LaneKind, Parameters, Parts, PathTracer, Sppm};
-use scene::{Engine, Filter, RadiusSchedule, Scene, Settings, Stats, Stop};
+use scene::film::tile_of;
+use scene::{Engine, Filter, RadiusSchedule, Resumable as _, Scene, Settings, Stats, Stop};
 use std::time::Instant;
 
 /// What the sums of a join take for 16 pixels: four bytes of each for a count and 24 for the flux, and a pointer.
@@ -275,6 +276,50 @@ fn an_image_does_not_depend_on_the_settings_of_renders_before() {
         let (warm, used) = render(parts);
         assert!(warm == fresh, "render {number}, {name} with {settings:?}, caustics: {carries_caustics}");
         parts = used;
+    }
+}
+
+/// Cells of the next iteration follow from the radii that the last has left, but not if others were loaded since.
+#[test]
+fn what_was_loaded_is_gathered_by_its_own_radii() {
+    let scene = files::builtin::scene("cornell").unwrap();
+    let settings = Settings { width: 24, height: 16, photons_per_iteration: 20_000, ..scene.settings };
+    let after = |count| {
+        let mut engine = Sppm::new(&scene, &settings);
+        (0..count).for_each(|_| engine.iterate());
+        engine
+    };
+    let (saved, mut other) = (after(1), after(20));
+    let mut words = vec![0; settings.width as usize * saved.sums().words()];
+    for y in 0..settings.height {
+        saved.save_row(y, &mut words);
+        other.load_row(y, &words);
+    }
+    other.go_on_after(1, *saved.stats());
+    other.iterate();
+    assert!(other.develop() == after(2).develop());
+}
+
+/// Whatever their corner, and before the first iteration as well.
+#[test]
+fn tiles_are_of_the_pixels_that_are_given_one_by_one() {
+    let scene = files::builtin::scene("cornell").unwrap();
+    for radius_schedule in [RadiusSchedule::PerPixel, RadiusSchedule::Global] {
+        let settings = Settings {
+            width: 27,
+            height: 18,
+            photons_per_iteration: 2000,
+            radius_schedule,
+            ..scene.settings
+        };
+        let mut engine = Sppm::new(&scene, &settings);
+        for _ in 0..2 {
+            for (left, top) in [(0, 0), (8, 8), (16, 0), (4, 8), (8, 5), (19, 10)] {
+                let expected = tile_of(left, top, |x, y| engine.radiance(x, y));
+                assert_eq!(engine.radiance_of_tile(left, top), expected);
+            }
+            engine.iterate();
+        }
     }
 }
 

@@ -47,7 +47,7 @@ impl<'a> Pixels<'a> {
         Rgba { color: self.color(x, y), alpha: alphas[self.place(x, y)] }
     }
 
-    fn picture<'b, T>(&self, pixel: &'b (dyn Fn(u32, u32) -> T + Sync)) -> Picture<'b, T> {
+    fn picture<'b, T>(&self, pixel: &'b dyn scene::film::Pixels<T>) -> Picture<'b, T> {
         Picture { width: self.width, height: self.height, pixel }
     }
 

@@ -7,7 +7,8 @@ use crate::outputs::{Content, Outputs};
 use crate::report::Report;
 use files::atomic_file::{self, FileError, rescue};
 use files::image_file::{self, Encoding};
-use scene::{Picture, Probe, Resumable, Settings};
+use scene::film::{Pixels, Tile};
+use scene::{Picture, Probe, Resumable, Rgb, Settings};
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -28,9 +29,22 @@ pub(crate) struct Shown<'a> {
 }
 
 impl Shown<'_> {
-    fn picture<'b, T>(&self, pixel: &'b (dyn Fn(u32, u32) -> T + Sync)) -> Picture<'b, T> {
+    fn picture<'b, T>(&self, pixel: &'b dyn Pixels<T>) -> Picture<'b, T> {
         let Settings { width, height, .. } = *self.engine.settings();
         Picture { width, height, pixel }
+    }
+}
+
+/// The radiance of an engine's pixels.
+struct Radiance<'a>(&'a dyn Resumable);
+
+impl Pixels<Rgb> for Radiance<'_> {
+    fn at(&self, x: u32, y: u32) -> Rgb {
+        self.0.radiance(x, y)
+    }
+
+    fn tile(&self, left: u32, top: u32) -> Tile<Rgb> {
+        self.0.radiance_of_tile(left, top)
     }
 }
 
@@ -119,11 +133,11 @@ impl Writer {
         };
         let written = match content {
             Content::Image => {
-                let pixel = |x, y| shown.engine.radiance(x, y);
+                let pixel = Radiance(shown.engine);
                 match shown.backdrop {
                     None => image_file::write_picture(path, &shown.picture(&pixel), &encoding),
                     Some(backdrop) => {
-                        let pixel = |x, y| backdrop.pixel(pixel(x, y), x, y);
+                        let pixel = |x: u32, y: u32| backdrop.pixel(pixel.at(x, y), x, y);
                         image_file::write_transparent(path, &shown.picture(&pixel), &encoding)
                     }
                 }

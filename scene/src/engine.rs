@@ -1,7 +1,7 @@
 //! The trait of all engines (iterate, develop, report statistics) and its data types.
 
 use crate::color::Rgb;
-use crate::film::{Film, Plane};
+use crate::film::{Film, Plane, Tile, tile_of};
 use crate::radius_schedule::RadiusSchedule;
 use crate::settings::Settings;
 use crate::stop::Stop;
@@ -31,6 +31,14 @@ pub trait Engine {
     /// The radiance of the pixel in column `x` of row `y`, as [`Engine::probe`] has it.
     fn radiance(&self, x: u32, y: u32) -> Rgb {
         self.probe(x, y).radiance
+    }
+
+    /// The radiance of the tile whose upper left pixel is in column `left` of row `top`.
+    ///
+    /// # Panics
+    /// If not all of it is in the image.
+    fn radiance_of_tile(&self, left: u32, top: u32) -> Tile<Rgb> {
+        tile_of(left, top, |x, y| self.radiance(x, y))
     }
 
     /// The settings of the render.

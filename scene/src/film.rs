@@ -57,9 +57,53 @@ pub struct Picture<'a, T> {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// The pixel in column x, from the left, and row y, from the top, both from 0.
-    pub pixel: &'a (dyn Fn(u32, u32) -> T + Sync),
+    /// What gives its pixels.
+    pub pixel: &'a dyn Pixels<T>,
 }
+
+/// What gives the pixels of an image. Any function of column and row does.
+pub trait Pixels<T>: Sync {
+    /// The pixel in column x, from the left, and row y, from the top, both from 0.
+    fn at(&self, x: u32, y: u32) -> T;
+
+    /// The tile whose upper left pixel is in that column and row, if all of it is in the image. To ask for tiles is less work than to
+    /// ask for pixels, if what gives them keeps them by tiles.
+    fn tile(&self, left: u32, top: u32) -> Tile<T> {
+        tile_of(left, top, |x, y| self.at(x, y))
+    }
+}
+
+impl<T, F: Fn(u32, u32) -> T + Sync> Pixels<T> for F {
+    fn at(&self, x: u32, y: u32) -> T {
+        self(x, y)
+    }
+}
+
+/// Rows and columns of a tile.
+pub const TILE_SIDE: u32 = 8;
+
+/// The pixels of a tile, along the Z curve: [`TILE_PLACES`] has their places.
+pub type Tile<T> = [T; (TILE_SIDE * TILE_SIDE) as usize];
+
+/// A tile, by a function of column and row; its upper left pixel is in column `left` and row `top`.
+pub fn tile_of<T>(left: u32, top: u32, pixel: impl Fn(u32, u32) -> T) -> Tile<T> {
+    TILE_PLACES.map(|[x, y]| pixel(left + u32::from(x), top + u32::from(y)))
+}
+
+/// Column and row of each pixel of a tile: the inverse of [`morton`](crate::sobol::morton).
+pub const TILE_PLACES: Tile<[u8; 2]> = {
+    let mut places = [[0; 2]; (TILE_SIDE * TILE_SIDE) as usize];
+    let mut number = 0;
+    while number < places.len() {
+        let mut bit = 0;
+        while bit < 6 {
+            places[number][bit % 2] |= ((number >> bit & 1) as u8) << (bit / 2);
+            bit += 1;
+        }
+        number += 1;
+    }
+    places
+};
 
 /// An image whose rows are read one after another, so that it need not be held in memory.
 pub trait RowReader: Send {
@@ -147,6 +191,14 @@ fn row_by_row<T>(width: u32, height: u32, pixel: impl Fn(u32, u32) -> T) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sobol::morton;
+
+    #[test]
+    fn tiles_go_along_the_z_curve() {
+        let numbers = tile_of(16, 8, |x, y| morton(x - 16, y - 8));
+        assert!(numbers.into_iter().eq(0..64));
+        assert_eq!(Pixels::tile(&|x: u32, y: u32| (x, y), 4, 5), tile_of(4, 5, |x, y| (x, y)));
+    }
 
     fn numbered() -> Film {
         Film::from_fn(3, 2, |x, y| Rgb::new(x as f32, y as f32, 7.0))

@@ -6,7 +6,7 @@ use crate::glints::{GlintPass, Glints};
 use crate::hierarchy::SearchBuffers;
 use crate::material::{Materials, kind};
 use crate::paths::{Floats, Packet, Paths, ROOM, Vectors, Words};
-use crate::pixels::{Pixel, PixelRows, PixelRowsLanes};
+use crate::pixels::{GroupColumns, Pixel, PixelRow, PixelRowLanes};
 use crate::sampling::{next_uniform, stream_state};
 use crate::scatter::{dielectric, follow};
 use crate::surface::{Hit, tag};
@@ -96,7 +96,7 @@ impl CameraPass<'_> {
         &self,
         batch: &mut CameraBatch,
         first: usize,
-        rows: &mut [PixelRows],
+        (rows, columns): (&mut [PixelRow], &mut [GroupColumns]),
     ) -> CameraCounts {
         let mut counts = CameraCounts::default();
         batch.ended.count = 0;
@@ -117,7 +117,7 @@ impl CameraPass<'_> {
         }
         let CameraBatch { paths, search, glints, .. } = batch;
         counts.segments += self.glint_pass().run::<L>(glints, paths, search, first);
-        counts.visible_points = self.write::<L>(batch, rows);
+        counts.visible_points = self.write::<L>(batch, rows, columns);
         counts
     }
 
@@ -145,7 +145,7 @@ impl CameraPass<'_> {
 
     /// The squared search radius of a pixel whose camera path has found `row`.
     #[inline(always)]
-    pub(crate) fn radius_squared(&self, row: &PixelRows, pixel: &Pixel) -> f32 {
+    pub(crate) fn radius_squared(&self, row: &PixelRow, pixel: &Pixel) -> f32 {
         match (self.clearance, row.visible()) {
             (Some(clearance), Some(point)) if pixel.n == 0.0 => {
                 clearance.limited(&self.still.spheres, (point, row.sphere), pixel.radius_squared)
@@ -271,7 +271,12 @@ impl CameraPass<'_> {
 
     /// Writes the results of all pixels; returns the number of visible points.
     #[inline(always)]
-    fn write<L: Lanes>(&self, batch: &CameraBatch, rows: &mut [PixelRows]) -> u64 {
+    fn write<L: Lanes>(
+        &self,
+        batch: &CameraBatch,
+        rows: &mut [PixelRow],
+        columns: &mut [GroupColumns],
+    ) -> u64 {
         let ended = &batch.ended;
         let share = 1.0 / self.settings.light_samples as f32;
         let has_glints = self.has_glints();
@@ -293,8 +298,9 @@ impl CameraPass<'_> {
             }
             // The radius follows once all pixels have their points.
             let radius_squared = L::f(0.0);
-            let found = PixelRowsLanes { point, sphere, beta, radius_squared, normal, direct };
+            let found = PixelRowLanes::<L> { point, sphere, beta, radius_squared };
             found.scatter(slots, ended.count - at, rows);
+            GroupColumns::scatter::<L>((normal, direct), slots, ended.count - at, columns);
         }
         visible_points
     }

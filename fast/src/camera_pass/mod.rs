@@ -23,7 +23,7 @@
 mod batch;
 
 use crate::join::Occupancy;
-use crate::pixels::{GROUP, Pixel, PixelRows, TILE};
+use crate::pixels::{GROUP, GroupColumns, Pixel, PixelRow, Seen, TILE};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use batch::{CameraBatch, CameraCounts, CameraPass};
@@ -65,23 +65,25 @@ impl CameraWorkers {
         Self(Pool::new())
     }
 
-    /// Runs the pass on all threads: fills `rows` and adds to `stats`. Returns the cells that visible points reach;
+    /// Runs the pass on all threads: fills `seen` and adds to `stats`. Returns the cells that visible points reach;
     /// `None` if stopped.
     pub(crate) fn run(
         &mut self,
         pass: &CameraPass,
         (lanes, plan): (LaneKind, CameraPlan),
-        rows: &mut [PixelRows],
+        seen: &mut Seen,
         pixels: &[Pixel],
         stats: &mut Stats,
         stop: &Stop,
     ) -> Option<Occupancy> {
         let new_map = || Occupancy::new(plan.occupancy_cell, plan.occupancy_bits);
         let per_job = plan.pixels_per_job;
-        let jobs = rows.par_chunks_mut(per_job).zip(pixels.par_chunks(per_job)).enumerate();
+        let Seen { rows, columns } = seen;
+        let seen = rows.par_chunks_mut(per_job).zip(columns.par_chunks_mut(per_job / GROUP));
+        let jobs = seen.zip(pixels.par_chunks(per_job)).enumerate();
         let workers = &self.0;
         workers.fill(jobs.len().min(current_num_threads()), CameraWorker::new);
-        singly(jobs).for_each(|(job, (rows, pixels))| {
+        singly(jobs).for_each(|(job, ((rows, columns), pixels))| {
             if stop.is_requested() {
                 return;
             }
@@ -89,7 +91,8 @@ impl CameraWorkers {
             let CameraWorker { batch, occupancy, .. } = &mut worker;
             let occupancy = occupancy.get_or_insert_with(new_map);
             let (at_once, first) = (plan.pixels_per_batch, job * per_job);
-            let counts = dispatch(lanes, CameraJob { pass, batch, at_once, first, rows, pixels, occupancy });
+            let counts =
+                dispatch(lanes, CameraJob { pass, batch, at_once, first, rows, columns, pixels, occupancy });
             worker.counts.add(counts);
             workers.put(worker);
             stop.meter().advance(pixels.len() as u64);
@@ -122,7 +125,8 @@ pub(crate) struct CameraJob<'a> {
     /// Pixels of a batch.
     pub(crate) at_once: usize,
     pub(crate) first: usize,
-    pub(crate) rows: &'a mut [PixelRows],
+    pub(crate) rows: &'a mut [PixelRow],
+    pub(crate) columns: &'a mut [GroupColumns],
     pub(crate) pixels: &'a [Pixel],
     pub(crate) occupancy: &'a mut Occupancy,
 }
@@ -132,8 +136,9 @@ impl Kernel for CameraJob<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) -> CameraCounts {
         let mut counts = CameraCounts::default();
-        for (number, rows) in self.rows.chunks_mut(self.at_once).enumerate() {
-            counts.add(self.pass.run::<L>(self.batch, self.first + number * self.at_once, rows));
+        let seen = self.rows.chunks_mut(self.at_once).zip(self.columns.chunks_mut(self.at_once / GROUP));
+        for (number, seen) in seen.enumerate() {
+            counts.add(self.pass.run::<L>(self.batch, self.first + number * self.at_once, seen));
         }
         for (rows, pixels) in self.rows.chunks_mut(TILE).zip(self.pixels.chunks(TILE)) {
             for (k, (row, pixel)) in rows.iter_mut().zip(pixels).enumerate() {

@@ -34,14 +34,16 @@ pub(crate) struct SearchBuffers {
     /// Made when a tree is searched first: it is large.
     wave: Option<Box<Wave>>,
     candidates: Candidates,
+    /// The [`keys`] of the rays. A new array for each batch would be cleared first.
+    keys: Box<[u64; ROOM]>,
     /// Room for the places of shapes, see [`ShapeList`](crate::shape_list::ShapeList).
     pub(crate) places: Box<Words>,
 }
 
 impl SearchBuffers {
     pub(crate) fn new() -> Self {
-        let (candidates, places) = (Candidates::new(), Box::new([0; ROOM]));
-        Self { queues: Queues::new(), wave: None, candidates, places }
+        let (candidates, keys, places) = (Candidates::new(), Box::new([0; ROOM]), Box::new([0; ROOM]));
+        Self { queues: Queues::new(), wave: None, candidates, keys, places }
     }
 
     /// Counted work of all searches with these buffers.
@@ -125,18 +127,17 @@ impl Hierarchy {
         if !self.holds_balls() {
             return;
         }
-        let SearchBuffers { queues, wave, candidates, .. } = buffers;
-        let mut keys = [0; ROOM];
+        let SearchBuffers { queues, wave, candidates, keys, .. } = buffers;
         for k in 0..rays.count {
             keys[k] = hit_key(t[k], hit[k]);
         }
         match self {
             Self::InTurn => {}
             Self::Clusters(clusters) => {
-                clusters.search::<L, false>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
+                clusters.search::<L, false>(&SurfaceRows(surfaces), rays, t, queues, candidates, keys);
             }
             Self::Tree(tree) => {
-                tree.search::<L, false>(rays, t, wave.get_or_insert_with(Wave::new), candidates, &mut keys);
+                tree.search::<L, false>(rays, t, wave.get_or_insert_with(Wave::new), candidates, keys);
             }
         }
         for k in 0..rays.count {
@@ -159,18 +160,17 @@ impl Hierarchy {
         if !self.holds_balls() {
             return;
         }
-        let SearchBuffers { queues, wave, candidates, .. } = buffers;
-        let mut keys = [0; ROOM];
+        let SearchBuffers { queues, wave, candidates, keys, .. } = buffers;
         for k in 0..rays.count {
             keys[k] = limit_key(t[k]);
         }
         match self {
             Self::InTurn => {}
             Self::Clusters(clusters) => {
-                clusters.search::<L, true>(&SurfaceRows(surfaces), rays, t, queues, candidates, &mut keys);
+                clusters.search::<L, true>(&SurfaceRows(surfaces), rays, t, queues, candidates, keys);
             }
             Self::Tree(tree) => {
-                tree.search::<L, true>(rays, t, wave.get_or_insert_with(Wave::new), candidates, &mut keys);
+                tree.search::<L, true>(rays, t, wave.get_or_insert_with(Wave::new), candidates, keys);
             }
         }
         for k in 0..rays.count {

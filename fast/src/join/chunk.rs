@@ -105,7 +105,7 @@ impl Place {
 }
 
 pub(super) fn new_slab() -> Slab {
-    Pages::unwritten(SLAB)
+    Pages::zeros(SLAB)
 }
 
 /// Bytes of so many slabs.

@@ -23,7 +23,7 @@ use super::found::{Found, JoinBuffers};
 use super::region::Region;
 use super::sorted::{Deposits, points};
 use super::sums::{GroupSums, JoinCounts};
-use crate::pixels::{FoundLanes, GROUP, PixelRows, normals};
+use crate::pixels::{GROUP, GroupColumns, PixelRow, PixelRowLanes};
 use lanes::{Kernel, Lanes, V3};
 use scene::Vec3;
 use scene::ray::NO_SPHERE;
@@ -32,7 +32,8 @@ use std::ops::Range;
 
 /// The pixels of a group, with the regions that their visible points reach.
 pub(crate) struct Group<'a> {
-    pub(crate) rows: &'a [PixelRows],
+    pub(crate) rows: &'a [PixelRow],
+    pub(crate) columns: &'a GroupColumns,
     /// The region of each half.
     pub(crate) halves: [Region; 2],
     /// The region of all.
@@ -73,7 +74,8 @@ impl<L: Lanes> BoxInReach<L> {
 
 /// A group that gathers photons. It runs on a pair of vectors, so that a photon is tested against one box, not against two.
 pub(crate) struct Gathering<'a, L: Lanes> {
-    rows: &'a [PixelRows],
+    rows: &'a [PixelRow],
+    columns: &'a GroupColumns,
     /// What counts at each part. The parts are one vector of 16 points, or two of 8; if it is one, the second repeats the
     /// first and is not used.
     boxes: [BoxInReach<L>; 2],
@@ -96,12 +98,12 @@ impl<'a, L: Lanes> Gathering<'a, L> {
         sums: &'a mut GroupSums,
         counts: &'a mut JoinCounts,
     ) {
-        let Group { rows, halves, all } = group;
+        let Group { rows, columns, halves, all } = group;
         let first = BoxInReach::new(if Self::PARTS == 1 { all } else { &halves[0] });
         let second = if Self::PARTS == 1 { first } else { BoxInReach::new(&halves[1]) };
         let JoinBuffers { runs, found } = buffers;
         (found[0].count, found[1].count) = (0, 0);
-        let mut this = Self { rows, boxes: [first, second], deposits, found, sums, counts };
+        let mut this = Self { rows, columns, boxes: [first, second], deposits, found, sums, counts };
         for k in 0..runs[0].count() {
             this.find(runs[0].range(k));
         }
@@ -137,6 +139,7 @@ impl<'a, L: Lanes> Gathering<'a, L> {
         let first = part * L::N;
         L::call(Test {
             rows: &self.rows[first..][..L::N],
+            columns: self.columns,
             first,
             deposits: self.deposits,
             found: &mut self.found[part],
@@ -150,7 +153,9 @@ impl<'a, L: Lanes> Gathering<'a, L> {
 /// registers.
 struct Test<'a> {
     /// The part's pixels.
-    rows: &'a [PixelRows],
+    rows: &'a [PixelRow],
+    /// Those of the group.
+    columns: &'a GroupColumns,
     /// The place of the first in the group.
     first: usize,
     deposits: &'a Deposits<'a>,
@@ -166,6 +171,7 @@ impl Kernel for Test<'_> {
     fn run<L: Lanes>(self) {
         let Self {
             rows,
+            columns,
             first,
             deposits,
             found: Found { points: places, indices, doubtful, count },
@@ -186,7 +192,7 @@ impl Kernel for Test<'_> {
             gathered.add(points.reach(places.broadcast(k)), arrival);
         }
         if doubts > 0 {
-            let sides = SideLanes::<L>::load(rows);
+            let sides = SideLanes::<L>::new(rows, columns.normals(first));
             for k in doubtful[..doubts].iter().map(|k| *k as usize) {
                 let arrival = deposits.arrival(indices[k]);
                 let counts = points.reach(places.broadcast(k)) & sides.see(arrival);
@@ -212,8 +218,8 @@ struct PointLanes<L: Lanes> {
 
 impl<L: Lanes> PointLanes<L> {
     #[inline(always)]
-    fn load(rows: &[PixelRows]) -> Self {
-        let FoundLanes { point, sphere, radius_squared, .. } = FoundLanes::<L>::load(rows);
+    fn load(rows: &[PixelRow]) -> Self {
+        let PixelRowLanes { point, sphere, radius_squared, .. } = PixelRowLanes::<L>::load(rows);
         let is_nothing = L::eq(sphere, L::u(NO_SPHERE));
         Self { point, radius_squared: L::select(is_nothing, L::f(-1.0), radius_squared) }
     }
@@ -235,9 +241,9 @@ struct SideLanes<L: Lanes> {
 
 impl<L: Lanes> SideLanes<L> {
     #[inline(always)]
-    fn load(rows: &[PixelRows]) -> Self {
-        let FoundLanes { sphere, .. } = FoundLanes::<L>::load(rows);
-        Self { safe: sphere | L::u(SAFE), normal: normals::<L>(rows) }
+    fn new(rows: &[PixelRow], normal: V3<L>) -> Self {
+        let PixelRowLanes { sphere, .. } = PixelRowLanes::<L>::load(rows);
+        Self { safe: sphere | L::u(SAFE), normal }
     }
 
     /// The points on whose visible side a photon arrives.
@@ -284,9 +290,9 @@ impl<L: Lanes> Gathered<L> {
 
 /// The surface of photons that are safe for all visible points of these pixels; [`NO_SPHERE`] if there is none.
 #[inline(always)]
-fn shared_safe_surface(rows: &[PixelRows]) -> u32 {
+fn shared_safe_surface(rows: &[PixelRow]) -> u32 {
     let (mut shared, mut is_shared) = (NO_SPHERE, true);
-    for PixelRows { sphere, .. } in rows {
+    for PixelRow { sphere, .. } in rows {
         is_shared &= *sphere == NO_SPHERE || shared == NO_SPHERE || *sphere == shared;
         shared = if *sphere == NO_SPHERE { shared } else { *sphere };
     }
@@ -300,7 +306,7 @@ mod tests {
     #[test]
     fn a_surface_is_shared_where_no_other_is_seen() {
         let shared = |spheres: &[u32]| {
-            let mut rows = vec![PixelRows::NOTHING; spheres.len()];
+            let mut rows = vec![PixelRow::NOTHING; spheres.len()];
             rows.iter_mut().zip(spheres).for_each(|(row, sphere)| row.sphere = *sphere);
             shared_safe_surface(&rows)
         };

@@ -38,7 +38,7 @@ mod sorted;
 pub(crate) mod sums;
 
 use crate::consolidate::{consolidate_group, estimate_group};
-use crate::pixels::{GROUP, Pixel, PixelRows};
+use crate::pixels::{GROUP, GroupColumns, Pixel, PixelRow, Seen};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use bins::{BYTES_OF_BINS, Binned, Writer, bin_shift, bytes_at_rest, with_margin};
@@ -50,7 +50,7 @@ use group::{Gathering, Group};
 use lanes::{Kernel, LaneKind, Lanes, dispatch, prefetch};
 pub(crate) use occupancy::Occupancy;
 use point::SinglePoint;
-pub(crate) use radii::Radii;
+pub(crate) use radii::{Radii, RadiiSums};
 use rayon::prelude::*;
 pub(crate) use region::Region;
 use scene::film::FluxUnit;
@@ -90,6 +90,12 @@ pub(crate) struct Round<'a> {
     pub(crate) density: Option<f32>,
 }
 
+/// What a round has come to.
+pub(crate) struct Joined {
+    /// The radii of the pixels, if they have been consolidated.
+    pub(crate) radii: Option<Radii>,
+}
+
 impl Join {
     pub(crate) fn new() -> Self {
         Self { sums: Vec::new(), long_from: LONG_JOIN, was_long: None, buffers: Pool::new() }
@@ -102,34 +108,44 @@ impl Join {
 
     /// Joins the photons of a round with the visible points of all pixels; in the last round, consolidates the pixels.
     /// `None` if stopped, and then no pixel has changed.
+    #[must_use]
     pub(crate) fn run(
         &mut self,
         round: Round,
         (lanes, per_job): (LaneKind, usize),
         pixels: &mut [Pixel],
-        rows: &[PixelRows],
+        seen: &Seen,
         stats: &mut Stats,
         stop: &Stop,
-    ) -> Option<()> {
+    ) -> Option<Joined> {
         let before = stats.candidates;
         let is_long =
             self.was_long.unwrap_or(round.sorted.is_some_and(|sorted| sorted.count() > MANY_DEPOSITS));
-        if round.is_last && !is_long {
-            self.run_round(round, (lanes, per_job), pixels, rows, stats, &Stop::new());
+        let joined = if round.is_last && !is_long {
+            self.run_round(round, (lanes, per_job), pixels, seen, stats, &Stop::new())
         } else {
             self.sums.resize(pixels.len() / GROUP, GroupSums::default());
-            self.run_round(Round { is_last: false, ..round }, (lanes, per_job), pixels, rows, stats, stop);
+            let joined = self.run_round(
+                Round { is_last: false, ..round },
+                (lanes, per_job),
+                pixels,
+                seen,
+                stats,
+                stop,
+            );
             if stop.is_requested() {
                 return None;
             }
             if round.is_last {
                 let round = Round { sorted: None, ..round };
-                self.run_round(round, (lanes, per_job), pixels, rows, stats, &Stop::new());
+                self.run_round(round, (lanes, per_job), pixels, seen, stats, &Stop::new())
+            } else {
+                joined
             }
-        }
+        };
         // By counted work and not by the clock, so that memory does not depend on how busy the machine is.
         self.was_long = Some(stats.candidates - before >= self.long_from);
-        Some(())
+        Some(joined)
     }
 
     /// Adds the photons of a round to the sums, if these are kept; in the last round, consolidates.
@@ -138,32 +154,35 @@ impl Join {
         round: Round,
         (lanes, per_job): (LaneKind, usize),
         pixels: &mut [Pixel],
-        rows: &[PixelRows],
+        seen: &Seen,
         stats: &mut Stats,
         stop: &Stop,
-    ) {
+    ) -> Joined {
         let chunks = round.sorted.map(Sorted::chunks).unwrap_or_default();
         let deposits = round.sorted.map(|sorted| sorted.deposits(&chunks));
         // Empty slices, if no sums are kept.
         let mut sums: Vec<&mut [GroupSums]> = self.sums.chunks_mut(per_job / GROUP).collect();
         sums.resize_with(pixels.len().div_ceil(per_job), Default::default);
-        let jobs = pixels.par_chunks_mut(per_job).zip(rows.par_chunks(per_job)).zip(sums);
-        let counts: Vec<JoinCounts> = singly(jobs)
-            .map(|((pixels, rows), sums)| {
+        let seen = seen.rows.par_chunks(per_job).zip(seen.columns.par_chunks(per_job / GROUP));
+        let jobs = pixels.par_chunks_mut(per_job).zip(seen).zip(sums);
+        let done: Vec<(JoinCounts, RadiiSums)> = singly(jobs)
+            .map(|((pixels, seen), sums)| {
                 if stop.is_requested() {
-                    return JoinCounts::default();
+                    return Default::default();
                 }
                 let mut buffers = self.buffers.take(JoinBuffers::new);
-                let counts =
-                    dispatch(lanes, JoinJob { round, deposits, pixels, rows, sums, buffers: &mut buffers });
+                let done =
+                    dispatch(lanes, JoinJob { round, deposits, pixels, seen, sums, buffers: &mut buffers });
                 self.buffers.put(buffers);
-                counts
+                done
             })
             .collect();
-        for counts in counts {
+        for (counts, _) in &done {
             stats.candidates += counts.candidates;
             stats.contributions += counts.contributions;
         }
+        let is_consolidated = round.is_last && round.density.is_none();
+        Joined { radii: is_consolidated.then(|| Radii::of_sums(done.iter().map(|(_, radii)| radii))) }
     }
 
     /// Clears the sums after an iteration.
@@ -182,38 +201,39 @@ struct JoinJob<'a> {
     round: Round<'a>,
     deposits: Option<Deposits<'a>>,
     pixels: &'a mut [Pixel],
-    rows: &'a [PixelRows],
+    seen: (&'a [PixelRow], &'a [GroupColumns]),
     /// The sums of earlier rounds; empty if none are kept.
     sums: &'a mut [GroupSums],
     buffers: &'a mut JoinBuffers,
 }
 
 impl Kernel for JoinJob<'_> {
-    type Output = JoinCounts;
+    type Output = (JoinCounts, RadiiSums);
     #[inline(always)]
-    fn run<L: Lanes>(self) -> JoinCounts {
+    fn run<L: Lanes>(self) -> Self::Output {
         let Round { cells, is_last, unit, density, .. } = self.round;
-        let mut counts = JoinCounts::default();
-        let groups = self.pixels.chunks_mut(GROUP).zip(self.rows.chunks(GROUP));
-        for (number, (pixels, rows)) in groups.enumerate() {
+        let (mut counts, mut radii) = (JoinCounts::default(), RadiiSums::default());
+        let (all_rows, columns) = self.seen;
+        let groups = self.pixels.chunks_mut(GROUP).zip(all_rows.chunks(GROUP).zip(columns));
+        for (number, (pixels, seen)) in groups.enumerate() {
             let mut sums = self.sums.get_mut(number).map(take).unwrap_or_default();
             // What is read when this group is consolidated, and when the next begins.
             for k in 0..GROUP {
                 prefetch(pixels, k);
-                prefetch(self.rows, (number + 1) * GROUP + k);
+                prefetch(all_rows, (number + 1) * GROUP + k);
             }
             if let Some(deposits) = &self.deposits {
-                gather_group::<L>(deposits, cells, rows, self.buffers, &mut sums, &mut counts);
+                gather_group::<L>(deposits, cells, seen, self.buffers, &mut sums, &mut counts);
             }
             if is_last && let Some(density) = density {
-                estimate_group::<L>(pixels, rows, &sums, unit, density);
+                estimate_group::<L>(pixels, seen, &sums, unit, density);
             } else if is_last {
-                consolidate_group::<L>(pixels, rows, &sums, unit);
+                consolidate_group::<L>(pixels, seen, &sums, unit, &mut radii);
             } else if let Some(kept) = self.sums.get_mut(number) {
                 *kept = sums;
             }
         }
-        counts
+        (counts, radii)
     }
 }
 
@@ -222,7 +242,7 @@ impl Kernel for JoinJob<'_> {
 pub(crate) fn gather_group<L: Lanes>(
     deposits: &Deposits,
     cells: Cells,
-    rows: &[PixelRows],
+    (rows, columns): (&[PixelRow], &GroupColumns),
     buffers: &mut JoinBuffers,
     sums: &mut GroupSums,
     counts: &mut JoinCounts,
@@ -235,7 +255,7 @@ pub(crate) fn gather_group<L: Lanes>(
     let span = cells.span(&all);
     if span.fits() {
         buffers.runs[0].look_up(deposits, &cells.query::<L>(span, &all));
-        let group = Group { rows, halves, all };
+        let group = Group { rows, columns, halves, all };
         Gathering::<L::Pair>::run(&group, deposits, buffers, sums, counts);
         return;
     }
@@ -251,7 +271,7 @@ pub(crate) fn gather_group<L: Lanes>(
         }
     }
     for ((lane, row), fits) in rows.iter().enumerate().zip(fits) {
-        let mut point = SinglePoint { row, sums, lane };
+        let mut point = SinglePoint { row, normal: columns.normal(lane), sums, lane };
         if fits {
             point.run::<L>(deposits, buffers, counts);
         } else if row.visible().is_some() {

@@ -2,7 +2,7 @@
 
 use super::cells::Cells;
 use super::region::Region;
-use crate::pixels::{GROUP, PixelRows, TILE};
+use crate::pixels::{GROUP, PixelRow, TILE};
 use lanes::{Lanes, V3};
 
 /// A bit per bucket of coarse cells, set if some visible point reaches the cell.
@@ -41,7 +41,7 @@ impl Occupancy {
     /// Marks the cells that the visible points of a tile reach: at once, if they fit into a window, or else by groups. What
     /// lies between groups of a tile is mostly within reach of some.
     #[inline(always)]
-    pub(crate) fn mark_tile<L: Lanes>(&mut self, rows: &[PixelRows]) {
+    pub(crate) fn mark_tile<L: Lanes>(&mut self, rows: &[PixelRow]) {
         let (mut groups, mut all) = ([Region::EMPTY; TILE / GROUP], Region::EMPTY);
         for (region, rows) in groups.iter_mut().zip(rows.chunks(GROUP)) {
             *region = Region::of_all(rows);
@@ -58,7 +58,7 @@ impl Occupancy {
     }
 
     /// Marks the cells that each visible point reaches.
-    fn mark_apart<L: Lanes>(&mut self, rows: &[PixelRows]) {
+    fn mark_apart<L: Lanes>(&mut self, rows: &[PixelRow]) {
         for row in rows {
             if let Some(one) = Region::of_one(row)
                 && !self.mark::<L>(&one)
@@ -101,9 +101,9 @@ mod tests {
     /// marked.
     fn marked<L: Lanes>(radius: f32) -> [bool; 2] {
         let mut occupancy = Occupancy::new(1.0, 1 << 19);
-        let mut row = PixelRows::NOTHING;
+        let mut row = PixelRow::NOTHING;
         (row.sphere, row.point, row.radius_squared) = (0, [0.5; 3], radius * radius);
-        occupancy.mark_tile::<L>(&[row, PixelRows::NOTHING]);
+        occupancy.mark_tile::<L>(&[row, PixelRow::NOTHING]);
         let is_marked = |x: f32| L::any(occupancy.touches::<L>(V3::new(L::f(x), L::f(0.5), L::f(0.5))));
         [is_marked(0.5 + 0.99 * radius), is_marked(5000.5)]
     }
@@ -113,7 +113,7 @@ mod tests {
     fn tiles_are_marked_at_once_or_by_groups() {
         let is_marked = |apart: f32, x: f32| {
             let mut occupancy = Occupancy::new(1.0, 1 << 19);
-            let mut rows = [PixelRows::NOTHING; TILE];
+            let mut rows = [PixelRow::NOTHING; TILE];
             for (number, group) in rows.chunks_mut(GROUP).enumerate() {
                 (group[3].sphere, group[3].radius_squared) = (0, 0.25);
                 group[3].point = [0.5 + number as f32 * apart, 0.5, 0.5];

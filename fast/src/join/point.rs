@@ -17,14 +17,16 @@ use super::deposit::{Arrival, Flux, HEAVY, safe_surface};
 use super::found::{Found, JoinBuffers};
 use super::sorted::{Deposits, points};
 use super::sums::{GroupSums, JoinCounts};
-use crate::pixels::PixelRows;
+use crate::pixels::PixelRow;
 use lanes::{Lanes, V3};
 use scene::Vec3;
 use std::ops::Range;
 
 /// The visible point of one pixel.
 pub(crate) struct SinglePoint<'a> {
-    pub(crate) row: &'a PixelRows,
+    pub(crate) row: &'a PixelRow,
+    /// Unit normal on the visible side.
+    pub(crate) normal: Vec3,
     pub(crate) sums: &'a mut GroupSums,
     /// The place of the pixel in its group.
     pub(crate) lane: usize,
@@ -89,7 +91,7 @@ impl SinglePoint<'_> {
     /// Adds up the photons found that arrive on the visible side, and empties the list.
     #[inline(always)]
     fn add(&mut self, deposits: &Deposits, found: &mut Found, counts: &mut JoinCounts) {
-        let (safe, normal) = (safe_surface(self.row.sphere), Vec3::from_array(self.row.normal));
+        let (safe, normal) = (safe_surface(self.row.sphere), self.normal);
         let (mut m, mut sums) = (0, [0_u64; 3]);
         for index in &found.indices[..found.count] {
             let Arrival { surface, flux, wi, .. } = *deposits.arrival(*index);

@@ -1,6 +1,6 @@
 //! The region around visible points in which photons may count.
 
-use crate::pixels::PixelRows;
+use crate::pixels::PixelRow;
 use scene::Vec3;
 
 /// The radius of search is widened by this factor where cells are looked up, as the test of the distance rounds.
@@ -20,14 +20,14 @@ impl Region {
 
     /// The region of a pixel's visible point, if it has one.
     #[inline(always)]
-    pub(crate) fn of_one(row: &PixelRows) -> Option<Self> {
+    pub(crate) fn of_one(row: &PixelRow) -> Option<Self> {
         let point = row.visible()?;
         Some(Self { low: point, high: point, reach: reach(row.radius_squared) })
     }
 
     /// The region of some pixels' visible points; [`Region::EMPTY`] if none has one.
     #[inline(always)]
-    pub(crate) fn of_all(rows: &[PixelRows]) -> Self {
+    pub(crate) fn of_all(rows: &[PixelRow]) -> Self {
         let Self { mut low, mut high, .. } = Self::EMPTY;
         let mut largest = 0.0;
         for row in rows {

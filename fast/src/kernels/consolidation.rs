@@ -1,8 +1,9 @@
 //! Consolidation and development of pixels.
 
 use crate::consolidate::{self, consolidate_group};
-use crate::join::{Flux, GroupSums};
-use crate::pixels::{self, GROUP, PixelRows};
+use crate::join::{Flux, GroupSums, RadiiSums};
+use crate::pixels::{self, GROUP, GroupColumns, PixelRow};
+use bytemuck::Zeroable;
 use lanes::{Kernel, LaneKind, Lanes, dispatch};
 use scene::film::FluxUnit;
 use scene::{Rgb, Settings};
@@ -66,7 +67,8 @@ impl Pixel {
 pub struct Consolidation {
     count: usize,
     pixels: Vec<pixels::Pixel>,
-    rows: Vec<PixelRows>,
+    rows: Vec<PixelRow>,
+    columns: Vec<GroupColumns>,
     sums: Vec<GroupSums>,
 }
 
@@ -77,14 +79,15 @@ impl Consolidation {
         let mut this = Self {
             count: pixels.len(),
             pixels: vec![pixels::Pixel::new(1.0); slots],
-            rows: vec![PixelRows::NOTHING; slots],
+            rows: vec![PixelRow::NOTHING; slots],
+            columns: vec![GroupColumns::zeroed(); slots / GROUP],
             sums: vec![GroupSums::default(); slots / GROUP],
         };
         for (k, ((pixel, seen), gathered)) in pixels.iter().zip(seen).zip(gathered).enumerate() {
             this.pixels[k] = pixel.inner();
             let row = &mut this.rows[k];
-            (row.beta, row.direct) = (seen.beta.into(), seen.direct.into());
-            row.radius_squared = seen.radius_squared;
+            (row.beta, row.radius_squared) = (seen.beta.into(), seen.radius_squared);
+            this.columns[k / GROUP].set_direct_light(k % GROUP, seen.direct);
             let sums = &mut this.sums[k / GROUP];
             sums.m[k % GROUP] = gathered.m;
             if gathered.flux.iter().any(|flux| *flux > u128::from(u64::MAX)) {
@@ -117,9 +120,10 @@ impl Kernel for ConsolidateAll<'_> {
     type Output = ();
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        let Consolidation { pixels, rows, sums, .. } = self.this;
-        for ((pixels, rows), sums) in pixels.chunks_mut(GROUP).zip(rows.chunks(GROUP)).zip(sums.iter()) {
-            consolidate_group::<L>(pixels, rows, sums, self.unit);
+        let Consolidation { pixels, rows, columns, sums, .. } = self.this;
+        let (seen, radii) = (rows.chunks(GROUP).zip(&*columns), &mut RadiiSums::default());
+        for ((pixels, seen), sums) in pixels.chunks_mut(GROUP).zip(seen).zip(&*sums) {
+            consolidate_group::<L>(pixels, seen, sums, self.unit, radii);
         }
     }
 }

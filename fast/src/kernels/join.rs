@@ -7,7 +7,8 @@ use crate::join::{
     Slabs, Sorted, bin_shift, gather_group,
 };
 use crate::parameters::Parameters;
-use crate::pixels::{GROUP, PixelRows};
+use crate::pixels::{GROUP, GroupColumns, PixelRow};
+use bytemuck::Zeroable;
 use lanes::{Kernel, LaneKind, Lanes, V3, dispatch};
 use scene::Vec3;
 use scene::ray::SphereId;
@@ -177,7 +178,8 @@ pub struct Join {
     count: usize,
     cells: join::Cells,
     sorted: Sorted,
-    rows: Vec<PixelRows>,
+    rows: Vec<PixelRow>,
+    columns: Vec<GroupColumns>,
 }
 
 impl Join {
@@ -196,16 +198,18 @@ impl Join {
         let mut sorted = Sorted::new();
         sorted.fill(&mut parts.iter_mut().collect::<Vec<_>>(), &pool, cells);
         let slots = points.len().next_multiple_of(GROUP);
-        let mut rows = vec![PixelRows::NOTHING; slots];
-        for (row, point) in rows.iter_mut().zip(points) {
+        let mut rows = vec![PixelRow::NOTHING; slots];
+        let mut columns = vec![GroupColumns::zeroed(); slots / GROUP];
+        for (k, (row, point)) in rows.iter_mut().zip(points).enumerate() {
             // A pixel keeps its radius where nothing is seen.
             row.radius_squared = 1.0;
             if let Some(Point { point, normal, sphere, radius_squared }) = *point {
-                (row.point, row.normal, row.sphere) = (point.into(), normal.into(), sphere);
+                (row.point, row.sphere) = (point.into(), sphere);
+                columns[k / GROUP].set_normal(k % GROUP, normal);
                 row.radius_squared = radius_squared;
             }
         }
-        Self { count: points.len(), cells, sorted, rows }
+        Self { count: points.len(), cells, sorted, rows, columns }
     }
 
     /// The photons in sorted order, each with its bucket.
@@ -247,14 +251,14 @@ impl Kernel for Gather<'_> {
     type Output = (Vec<GroupSums>, JoinCounts);
     #[inline(always)]
     fn run<L: Lanes>(self) -> Self::Output {
-        let Join { cells, sorted, rows, .. } = self.0;
+        let Join { cells, sorted, rows, columns, .. } = self.0;
         let chunks = sorted.chunks();
         let deposits = sorted.deposits(&chunks);
         let mut all = Vec::with_capacity(rows.len() / GROUP);
         let (mut counts, mut buffers) = (JoinCounts::default(), JoinBuffers::new());
-        for rows in rows.chunks(GROUP) {
+        for seen in rows.chunks(GROUP).zip(columns) {
             let mut sums = GroupSums::default();
-            gather_group::<L>(&deposits, *cells, rows, &mut buffers, &mut sums, &mut counts);
+            gather_group::<L>(&deposits, *cells, seen, &mut buffers, &mut sums, &mut counts);
             all.push(sums);
         }
         (all, counts)

@@ -10,7 +10,7 @@ use crate::light_choice::LightChoice;
 use crate::parameters::Parameters;
 use crate::paths::{BATCH, ROOM, Vectors, Words};
 use crate::photon_pass::{Emission, Emitters, PhotonBatch, PhotonCounts, PhotonJob, PhotonPass, Rounding};
-use crate::pixels::{Pixel, PixelRows, slot_of, slots};
+use crate::pixels::{GROUP, Pixel, Seen, slot_of};
 use crate::prepared::Prepared;
 use crate::tables::Tables;
 use lanes::{Kernel, LaneKind, Lanes, MOST_LANES, dispatch};
@@ -44,7 +44,7 @@ pub fn camera_pass(
     iteration: u32,
     lanes: LaneKind,
 ) -> (Vec<CameraSample>, u64, u64) {
-    let mut rows = vec![PixelRows::NOTHING; slots(settings)];
+    let mut seen = Seen::new(None, settings);
     let pass = CameraPass {
         still,
         tables: &Tables::new(still),
@@ -54,16 +54,17 @@ pub fn camera_pass(
         iteration,
         clearance: None,
     };
+    let Seen { rows, columns } = &mut seen;
     let pixels = vec![Pixel::new(1.0); rows.len()];
     let (batch, occupancy) = (&mut CameraBatch::new(), &mut Occupancy::new(1.0).0);
-    let (pass, rows_of_job) = (&pass, &mut rows[..]);
-    let job =
-        CameraJob { pass, batch, at_once: BATCH, first: 0, rows: rows_of_job, pixels: &pixels, occupancy };
+    let (pass, pixels) = (&pass, &pixels[..]);
+    let job = CameraJob { pass, batch, at_once: BATCH, first: 0, rows, columns, pixels, occupancy };
     let counts = dispatch(lanes, job);
     let sample = |x, y| {
-        let row = rows[slot_of(settings.width, x, y)];
-        let visible = row.visible().map(|point| (point, row.normal.into(), row.sphere, row.beta.into()));
-        CameraSample { direct: row.direct_light(), visible }
+        let slot = slot_of(settings.width, x, y);
+        let (row, columns, k) = (&seen.rows[slot], &seen.columns[slot / GROUP], slot % GROUP);
+        let visible = row.visible().map(|point| (point, columns.normal(k), row.sphere, row.beta.into()));
+        CameraSample { direct: columns.direct_light(k), visible }
     };
     let pixels = (0..settings.height).flat_map(|y| (0..settings.width).map(move |x| (x, y)));
     (pixels.map(|(x, y)| sample(x, y)).collect(), counts.segments, counts.visible_points)

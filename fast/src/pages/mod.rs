@@ -71,36 +71,27 @@ impl Memory {
 }
 
 impl<T: Pod + Send + Sync> Pages<T> {
-    /// `count` elements whose bytes are zero, as [`Pages::filled`].
+    /// `count` elements whose bytes are zero.
     pub(crate) fn zeros(count: usize) -> Self {
-        Self::filled(T::zeroed(), count)
-    }
-
-    /// As [`Pages::filled`], in the memory of `old` if that holds as many.
-    pub(crate) fn refilled(old: Option<Self>, value: T, count: usize) -> Self {
-        match old {
-            Some(mut pages) if pages.len() == count => {
-                pages.par_chunks_mut(PER_JOB).for_each(|elements| elements.fill(value));
-                pages
-            }
-            _ => Self::filled(value, count),
-        }
-    }
-
-    /// `count` times the same value.
-    pub(crate) fn filled(value: T, count: usize) -> Self {
-        Self::made(count, |_| value)
-    }
-
-    /// `count` elements whose bytes are zero, without a second write to them.
-    pub(crate) fn unwritten(count: usize) -> Self {
         let bytes = count * size_of::<T>();
         Self { memory: Memory::new(bytes), bytes, elements: PhantomData }
     }
 
+    /// `count` elements of which no one asks what they are, in the memory of `old` if that holds as many.
+    pub(crate) fn reused(old: Option<Self>, count: usize) -> Self {
+        old.filter(|pages| pages.len() == count).unwrap_or_else(|| Self::zeros(count))
+    }
+
+    /// `count` times the same value, in the memory of `old` if that holds as many.
+    pub(crate) fn refilled(old: Option<Self>, value: T, count: usize) -> Self {
+        let mut pages = Self::reused(old, count);
+        pages.par_chunks_mut(PER_JOB).for_each(|elements| elements.fill(value));
+        pages
+    }
+
     /// `count` elements, each made from its index. If memory runs out this ends the process, as it does for a vector.
     pub(crate) fn made(count: usize, make: impl Fn(usize) -> T + Sync) -> Self {
-        let mut pages = Self::unwritten(count);
+        let mut pages = Self::zeros(count);
         pages.par_chunks_mut(PER_JOB).enumerate().for_each(|(job, elements)| {
             for (element, index) in elements.iter_mut().zip(job * PER_JOB..) {
                 *element = make(index);
@@ -138,16 +129,21 @@ mod tests {
     fn all_elements_are_there_and_are_the_value() {
         let large = [WORTH_A_PAGE, LARGE].map(|bytes| bytes / size_of::<[u32; 3]>() + 1);
         for count in [0, 1, 2, 1023, PER_JOB, 3 * PER_JOB + 5, large[0], large[1]] {
-            let mut pages = Pages::filled([7_u32, 8, 9], count);
+            let mut pages = Pages::refilled(None, [7_u32, 8, 9], count);
             assert_eq!(pages.len(), count);
             assert!(pages.iter().all(|element| *element == [7, 8, 9]));
             let made = Pages::made(count, |index| index as u64);
             assert!(made.iter().copied().eq(0..count as u64));
-            assert!(Pages::<[u32; 3]>::unwritten(count).iter().eq(&vec![[0; 3]; count]));
+            assert!(Pages::<[u32; 3]>::zeros(count).iter().eq(&vec![[0; 3]; count]));
             if let Some(last) = pages.last_mut() {
                 *last = [1, 2, 3];
                 assert_eq!(pages[count - 1], [1, 2, 3]);
             }
+            let place = pages.as_ptr();
+            let pages = Pages::refilled(Some(pages), [4, 5, 6], count);
+            assert!(pages.as_ptr() == place && pages.iter().all(|element| *element == [4, 5, 6]));
+            let other = Pages::refilled(Some(pages), [7, 8, 9], count + 1);
+            assert!(other.len() == count + 1 && other.iter().all(|element| *element == [7, 8, 9]));
         }
     }
 
@@ -155,7 +151,7 @@ mod tests {
     #[test]
     fn large_arrays_begin_on_a_page() {
         for bytes in [WORTH_A_PAGE, LARGE, LARGE + 1] {
-            let pages = Pages::<u8>::unwritten(bytes);
+            let pages = Pages::<u8>::zeros(bytes);
             assert_eq!((pages.len(), pages.as_ptr().align_offset(LARGE)), (bytes, 0));
         }
     }

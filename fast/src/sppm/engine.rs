@@ -2,11 +2,13 @@
 
 use super::render::Sppm;
 use crate::consolidate::develop;
-use crate::pixels::{Pixel, slot_of};
+use crate::pixels::{Pixel, TILE, slot_of};
 use crate::prepared::Prepared;
 use lanes::prefetch;
 use rayon::prelude::*;
+use scene::film::{TILE_SIDE, Tile, tile_of};
 use scene::{Engine, Film, Plane, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
+use std::array;
 use std::mem::take;
 
 /// A pixel is prefetched when the one this many places before it in its row is read.
@@ -108,6 +110,17 @@ impl Engine for Sppm<'_> {
         self.radiance_of(pixels, slot)
     }
 
+    fn radiance_of_tile(&self, left: u32, top: u32) -> Tile<Rgb> {
+        let Progress { settings, iterations, .. } = &self.progress;
+        let is_tile = left.is_multiple_of(TILE_SIDE) && top.is_multiple_of(TILE_SIDE);
+        if !is_tile || *iterations == 0 || self.global.is_some() {
+            return tile_of(left, top, |x, y| self.radiance(x, y));
+        }
+        assert!(left < settings.width && top < settings.height, "no such tile");
+        let pixels = &self.pixels[slot_of(settings.width, left, top)..][..TILE];
+        array::from_fn(|k| develop(&pixels[k], settings, *iterations))
+    }
+
     fn develop(&self) -> Film {
         let Settings { width, height, .. } = self.progress.settings;
         let pixels = &self.pixels[..];
@@ -157,6 +170,7 @@ impl Resumable for Sppm<'_> {
             }
             return;
         }
+        self.radii = None;
         for (words, x) in words.as_chunks().0.iter().zip(0..width) {
             self.pixels[slot_of(width, x, y)] = Pixel::from_words(*words);
         }

@@ -19,7 +19,7 @@ use crate::join::{Cells, Join, Occupancy, Radii, Round, Sorted};
 use crate::pages::Pages;
 use crate::parameters::Parameters;
 use crate::photon_pass::{Emission, Emitters, PHOTON_WORK, PhotonPass, PhotonPlan, PhotonWorkers, Rounding};
-use crate::pixels::{Pixel, PixelRows, slots};
+use crate::pixels::{Pixel, Seen, slots};
 use crate::prepared::Prepared;
 use crate::survey::survey;
 use lanes::LaneKind;
@@ -40,7 +40,7 @@ pub const DEPOSITS_AT_ONCE: u32 = 1 << 22;
 #[derive(Default)]
 pub struct Parts {
     pixels: Option<Pages<Pixel>>,
-    rows: Option<Pages<PixelRows>>,
+    seen: Option<Seen>,
     sorted: Option<Sorted>,
     camera_workers: Option<CameraWorkers>,
     photon_workers: Option<PhotonWorkers>,
@@ -72,7 +72,7 @@ pub struct Sppm<'a> {
     /// What they have gained, if radii are global; `pixels` then hold the gain of an iteration.
     pub(super) global: Option<Global>,
     /// This iteration's visible points and direct light, in tile order.
-    rows: Pages<PixelRows>,
+    seen: Seen,
     sorted: Sorted,
     pub(super) camera_workers: CameraWorkers,
     pub(super) photon_workers: PhotonWorkers,
@@ -85,6 +85,8 @@ pub struct Sppm<'a> {
     pub(super) emitters: Option<Emitters>,
     /// The radii with which pixels begin, if they are given or known.
     pub(super) first_radii: Option<FirstRadii>,
+    /// The search radii of the next iteration, if the last one has told them.
+    pub(super) radii: Option<Radii>,
     /// The limit of first radii by what is near, at this iteration's instant.
     clearance: Option<Clearance>,
     /// Photons that counted at a visible point in the last iteration, on average.
@@ -122,7 +124,6 @@ impl<'a> Sppm<'a> {
         parameters: &Parameters,
         parts: Parts,
     ) -> Self {
-        let slots = slots(settings);
         Self {
             scene,
             progress: Progress::new(settings),
@@ -130,9 +131,9 @@ impl<'a> Sppm<'a> {
             parameters: *parameters,
             deposits_at_once: DEPOSITS_AT_ONCE,
             eye: Eye::new(scene, settings),
-            pixels: Pages::refilled(parts.pixels, Pixel::new(settings.initial_radius), slots),
+            pixels: Pages::refilled(parts.pixels, Pixel::new(settings.initial_radius), slots(settings)),
             global: Global::new(scene, settings),
-            rows: Pages::refilled(parts.rows, PixelRows::NOTHING, slots),
+            seen: Seen::new(parts.seen, settings),
             sorted: parts.sorted.unwrap_or_else(Sorted::new),
             camera_workers: parts.camera_workers.unwrap_or_else(CameraWorkers::new),
             photon_workers: parts.photon_workers.unwrap_or_else(PhotonWorkers::new),
@@ -141,6 +142,7 @@ impl<'a> Sppm<'a> {
             targets: None,
             emitters: None,
             first_radii: None,
+            radii: None,
             clearance: Clearance::new(settings),
             neighbours: parameters.neighbours_at_first.into(),
             carried: Carried::All,
@@ -151,7 +153,7 @@ impl<'a> Sppm<'a> {
     pub fn into_parts(self) -> Parts {
         Parts {
             pixels: Some(self.pixels),
-            rows: Some(self.rows),
+            seen: Some(self.seen),
             sorted: Some(self.sorted),
             camera_workers: Some(self.camera_workers),
             photon_workers: Some(self.photon_workers),
@@ -295,7 +297,8 @@ impl<'a> Sppm<'a> {
 
     /// The search radii of this iteration.
     fn radii(&mut self) -> Radii {
-        let Some(global) = &self.global else { return Radii::of(&self.pixels) };
+        let known = self.radii.take();
+        let Some(global) = &self.global else { return known.unwrap_or_else(|| Radii::of(&self.pixels)) };
         global.prepare(&mut self.pixels);
         Radii::global(global.radius_squared)
     }
@@ -328,7 +331,7 @@ impl<'a> Sppm<'a> {
             clearance: self.clearance.as_ref(),
         };
         let lanes = (self.lanes, plan);
-        self.camera_workers.run(&pass, lanes, &mut self.rows, &self.pixels, &mut self.progress.stats, stop)
+        self.camera_workers.run(&pass, lanes, &mut self.seen, &self.pixels, &mut self.progress.stats, stop)
     }
 
     /// A round: traces the photons from `from` on until there are enough deposits, sorts these, and joins them with the
@@ -352,7 +355,8 @@ impl<'a> Sppm<'a> {
         let is_last = next == total;
         let round = Round { sorted: Some(&self.sorted), cells: pass.cells, is_last, unit, density };
         let lanes = (self.lanes, pixels_per_job as usize);
-        self.join.run(round, lanes, &mut self.pixels, &self.rows, &mut self.progress.stats, stop)?;
+        self.radii =
+            self.join.run(round, lanes, &mut self.pixels, &self.seen, &mut self.progress.stats, stop)?.radii;
         stop.meter().advance(JOIN_WORK * u64::from(next - from));
         self.progress.stats.photon_seconds += (traced - start).as_secs_f64();
         self.progress.stats.build_grid_seconds += (sorted - traced).as_secs_f64();
@@ -361,7 +365,7 @@ impl<'a> Sppm<'a> {
     }
 
     fn bytes(&mut self) -> usize {
-        let pixels = size_of_val(&self.pixels[..]) + size_of_val(&self.rows[..]) + self.join.bytes();
+        let pixels = size_of_val(&self.pixels[..]) + self.seen.bytes() + self.join.bytes();
         let global = self.global.as_ref().map_or(0, Global::bytes);
         pixels + global + self.sorted.bytes() + self.photon_workers.bytes()
     }

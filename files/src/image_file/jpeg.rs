@@ -22,7 +22,7 @@ impl GenericImageView for Codes<'_> {
     }
 
     fn get_pixel(&self, x: u32, y: u32) -> Self::Pixel {
-        image::Rgb((self.0.pixel)(x, y))
+        image::Rgb(self.0.pixel.at(x, y))
     }
 }
 
@@ -38,7 +38,7 @@ pub(super) fn write(out: &mut impl Write, picture: &Picture<Rgb>, encoding: &Enc
 /// Writes the values as a grey image in which the greatest finite value is white.
 pub(super) fn write_values(out: &mut impl Write, values: &Picture<f32>) -> io::Result<()> {
     let scale = shown::greatest(values);
-    let pixel = |x, y| Rgb::splat((values.pixel)(x, y) / scale);
+    let pixel = |x, y| Rgb::splat(values.pixel.at(x, y) / scale);
     write(out, &Picture { width: values.width, height: values.height, pixel: &pixel }, &Encoding::default())
 }
 

@@ -111,7 +111,7 @@ fn write_image<'a>(
 }
 
 fn at<T>(picture: &Picture<T>, p: Vec2<usize>) -> T {
-    (picture.pixel)(p.x() as u32, p.y() as u32)
+    picture.pixel.at(p.x() as u32, p.y() as u32)
 }
 
 pub(super) fn read_note(input: &mut (impl Seekable + ?Sized), length: u64) -> Result<Option<String>, String> {

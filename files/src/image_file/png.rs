@@ -46,7 +46,7 @@ pub(super) fn write_values(
     note: Option<&str>,
 ) -> io::Result<()> {
     let scale = shown::greatest(values);
-    let pixel = |x, y| Rgb::splat((values.pixel)(x, y) / scale);
+    let pixel = |x, y| Rgb::splat(values.pixel.at(x, y) / scale);
     let grey = Picture { width: values.width, height: values.height, pixel: &pixel };
     write(out, &grey, Encoding { note, ..Encoding::default() })
 }

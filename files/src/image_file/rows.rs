@@ -4,15 +4,15 @@
 use rayon::current_num_threads;
 use rayon::prelude::*;
 use scene::Picture;
+use scene::film::{TILE_PLACES, TILE_SIDE};
 use std::mem::swap;
 use std::ops::Range;
 
 /// Target size of the rows that are encoded at once, in bytes; at least one band per thread is.
 const ENCODED_AT_ONCE: usize = 1 << 17;
 
-/// Rows of a band. A band is encoded in tiles of as many columns, which are the tiles in which `fast` stores its
-/// pixels.
-const BAND: usize = 8;
+/// Rows of a band: those of a tile, as bands are encoded by tiles.
+const BAND: usize = TILE_SIDE as usize;
 
 /// Which row of the image comes first in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,7 +28,7 @@ pub(super) struct Rows<'a, 'b, T>(pub(super) &'b Picture<'a, T>);
 impl<T> Rows<'_, '_, T> {
     /// The pixels of a row, from the left.
     pub(super) fn row(self, y: u32) -> impl Iterator<Item = T> {
-        (0..self.0.width).map(move |x| (self.0.pixel)(x, y))
+        (0..self.0.width).map(move |x| self.0.pixel.at(x, y))
     }
 
     /// Encodes every pixel as `N` bytes and passes whole rows to `write`. While one group of rows is written, all
@@ -81,8 +81,7 @@ impl<T> Rows<'_, '_, T> {
 
     /// Encodes rows from `top` on, as many as fit into `bytes`.
     ///
-    /// Pixels are visited along the Morton curve in which `fast` stores them: row by row, memory accesses would take
-    /// two thirds of the time.
+    /// By tiles, as `fast` keeps pixels: row by row, memory accesses would take two thirds of the time.
     fn encode_band<const N: usize>(
         &self,
         top: usize,
@@ -92,12 +91,20 @@ impl<T> Rows<'_, '_, T> {
     ) {
         let width = self.0.width as usize;
         let rows = bytes.len() / (N * width);
+        let mut put = |x: usize, y: usize, pixel: T| {
+            let row = if first == First::Top { y } else { rows - 1 - y };
+            bytes[N * (row * width + x)..][..N].copy_from_slice(&encode(pixel));
+        };
         for left in (0..width).step_by(BAND) {
-            let places = TILE_PLACES.iter().map(|[x, y]| (left + usize::from(*x), usize::from(*y)));
-            for (x, y) in places.filter(|(x, y)| *x < width && *y < rows) {
-                let row = if first == First::Top { y } else { rows - 1 - y };
-                let code = encode((self.0.pixel)(x as u32, (top + y) as u32));
-                bytes[N * (row * width + x)..][..N].copy_from_slice(&code);
+            if left + BAND <= width && rows == BAND {
+                let tile = self.0.pixel.tile(left as u32, top as u32);
+                for ([x, y], pixel) in TILE_PLACES.into_iter().zip(tile) {
+                    put(left + usize::from(x), usize::from(y), pixel);
+                }
+                continue;
+            }
+            for (x, y) in (0..rows).flat_map(|y| (left..width.min(left + BAND)).map(move |x| (x, y))) {
+                put(x, y, self.0.pixel.at(x as u32, (top + y) as u32));
             }
         }
     }
@@ -110,38 +117,16 @@ pub(super) fn collected<T, U: Send>(picture: &Picture<T>, code: impl Fn(u32, u32
     (0..height).into_par_iter().flat_map_iter(|y| (0..width).map(move |x| code(x, y))).collect()
 }
 
-/// Column and row of each pixel of a tile, in the Morton order of [`scene::sobol::morton`].
-const TILE_PLACES: [[u8; 2]; BAND * BAND] = {
-    let mut places = [[0; 2]; BAND * BAND];
-    let mut number = 0;
-    while number < places.len() {
-        let mut bit = 0;
-        while bit < 6 {
-            places[number][bit % 2] |= ((number >> bit & 1) as u8) << (bit / 2);
-            bit += 1;
-        }
-        number += 1;
-    }
-    places
-};
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use scene::sobol::morton;
-
-    #[test]
-    fn tiles_are_visited_in_morton_order() {
-        let numbers = TILE_PLACES.iter().map(|[x, y]| morton(u32::from(*x), u32::from(*y)));
-        assert!(numbers.eq(0..64));
-    }
 
     #[test]
     fn rows_are_written_in_order_whatever_the_size() {
         // Several groups of rows, the last of them short; one group; one band; less than a tile; one pixel; rows
         // longer than what is encoded at once.
         for (width, height) in [(1024, 601), (40, 27), (13, 8), (3, 5), (1, 1), (140_000, 9)] {
-            let pixel = |x, y| (x, y);
+            let pixel = |x: u32, y: u32| (x, y);
             let picture = Picture { width, height, pixel: &pixel };
             let row = |y: u32| (0..width).flat_map(move |x| [x, y]).flat_map(u32::to_le_bytes);
             for first in [First::Top, First::Bottom] {

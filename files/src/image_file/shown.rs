@@ -15,7 +15,7 @@ pub(super) fn codes<'a>(
 ) -> impl Fn(u32, u32) -> [u8; 3] + Sync + use<'a> {
     let encoder = Encoder::new(encoding.exposure, encoding.tone, encoding.seed);
     move |x, y| {
-        let pixel = (picture.pixel)(x, y);
+        let pixel = picture.pixel.at(x, y);
         if pixel.is_nan() { NOT_A_NUMBER } else { encoder.codes(y * picture.width + x, pixel) }
     }
 }
@@ -28,7 +28,7 @@ pub(super) fn codes_with_alpha<'a>(
 ) -> impl Fn(u32, u32) -> [u8; 4] + Sync + use<'a> {
     let encoder = Encoder::new(encoding.exposure, encoding.tone, encoding.seed);
     move |x, y| {
-        let Rgba { color, alpha } = (picture.pixel)(x, y);
+        let Rgba { color, alpha } = picture.pixel.at(x, y);
         if color.is_nan() || alpha.is_nan() {
             let [r, g, b] = NOT_A_NUMBER;
             return [r, g, b, u8::MAX];
@@ -53,8 +53,9 @@ pub(super) fn greatest(values: &Picture<f32>) -> f32 {
 mod tests {
     use super::super::tone::Tone;
     use super::*;
+    use scene::film::Pixels;
 
-    fn picture<T>(pixel: &(dyn Fn(u32, u32) -> T + Sync)) -> Picture<'_, T> {
+    fn picture<T>(pixel: &dyn Pixels<T>) -> Picture<'_, T> {
         Picture { width: 3, height: 2, pixel }
     }
 
