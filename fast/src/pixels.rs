@@ -5,7 +5,7 @@
 
 use crate::pages::Pages;
 use bytemuck::{Pod, Zeroable};
-use lanes::{Lanes, MOST_LANES, Row, V3};
+use lanes::{Lanes, MOST_LANES, Row, V3, prefetch};
 use scene::film::TILE_SIDE as SIDE;
 use scene::ray::{NO_SPHERE, SphereId};
 use scene::sobol::morton;
@@ -26,6 +26,12 @@ pub(crate) fn slot_of(width: u32, x: u32, y: u32) -> usize {
     let tile = (y / SIDE) as usize * width.div_ceil(SIDE) as usize + (x / SIDE) as usize;
     tile * TILE + morton(x % SIDE, y % SIDE) as usize
 }
+
+/// Pixels or rows of pixels in a cache line.
+pub(crate) const PER_LINE: usize = 2;
+
+// As they are asked for from memory.
+const _: () = assert!(PER_LINE * size_of::<Pixel>() == 64 && PER_LINE * size_of::<PixelRow>() == 64);
 
 /// What a pixel has gathered over all iterations: `reference::consolidate::Pixel`.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -174,12 +180,21 @@ impl<L: Lanes> PixelRowLanes<L> {
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct GroupColumns {
+    direct: [[f32; GROUP]; 3],
     /// Unit normals on the visible side.
     normal: [[f32; GROUP]; 3],
-    direct: [[f32; GROUP]; 3],
 }
 
 impl GroupColumns {
+    /// Asks for direct light before it is read.
+    #[inline(always)]
+    pub(crate) fn prefetch(groups: &[Self], number: usize) {
+        let columns: &[[f32; GROUP]] = bytemuck::cast_slice(groups);
+        for column in 0..3 {
+            prefetch(columns, 6 * number + column);
+        }
+    }
+
     /// Normals of the `L::N` pixels from `at` on.
     #[inline(always)]
     pub(crate) fn normals<L: Lanes>(&self, at: usize) -> V3<L> {

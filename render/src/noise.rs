@@ -2,7 +2,7 @@
 
 use crate::estimate::{is_checked, relative_square};
 use scene::radius_schedule::Shrinking;
-use scene::{FirstRadii, Probe, Resumable, Rgb};
+use scene::{FirstRadii, Resumable, Rgb};
 
 /// So many pixels are looked at, or all if there are fewer.
 const SAMPLES: usize = 4096;
@@ -41,7 +41,7 @@ impl Noise {
 
 /// The radiance of pixels from all over the image.
 fn sample(engine: &dyn Resumable) -> Vec<Rgb> {
-    probes(engine).map(|(_, probe)| probe.radiance).collect()
+    engine.radiance_of_each(&places(engine).collect::<Vec<_>>())
 }
 
 /// The mean square of the radii of pixels that photons counted at, each in units of the pixel's first radius; 1 if there are
@@ -49,7 +49,8 @@ fn sample(engine: &dyn Resumable) -> Vec<Rgb> {
 pub(crate) fn mean_square_radius(engine: &dyn Resumable, first: &FirstRadii) -> f64 {
     let size = (engine.settings().width, engine.settings().height);
     let (mut sum, mut count) = (0.0, 0_u32);
-    for (place, probe) in probes(engine).filter(|(_, probe)| probe.count > 0.0) {
+    let probes = places(engine).map(|(x, y)| ((x, y), engine.probe(x, y)));
+    for (place, probe) in probes.filter(|(_, probe)| probe.count > 0.0) {
         let radius = f64::from(probe.radius) / f64::from(first.at(place, size));
         (sum, count) = (sum + radius * radius, count + 1);
     }
@@ -69,18 +70,15 @@ fn evenly_shrunk(iterations: u32) -> f64 {
     2.0 / 3.0 * f64::from(global)
 }
 
-/// Pixels from all over the image: column and row, and their values.
-fn probes(engine: &dyn Resumable) -> impl Iterator<Item = ((u32, u32), Probe)> {
+/// Pixels from all over the image, by column and row.
+fn places(engine: &dyn Resumable) -> impl Iterator<Item = (u32, u32)> {
     let (settings, pixels) = (engine.settings(), engine.settings().pixels());
     let count = pixels.min(SAMPLES);
     let place = move |i: usize| {
         if count == pixels { i } else { i * (pixels / count) + i * STRIDE % (pixels / count) }
     };
     let width = settings.width as usize;
-    (0..count).map(move |i| {
-        let (x, y) = ((place(i) % width) as u32, (place(i) / width) as u32);
-        ((x, y), engine.probe(x, y))
-    })
+    (0..count).map(move |i| ((place(i) % width) as u32, (place(i) / width) as u32))
 }
 
 #[cfg(test)]
@@ -137,7 +135,7 @@ mod tests {
         let engine = fast::Sppm::new(&scene, &settings);
         let run = settings.pixels() / SAMPLES;
         let places: Vec<usize> =
-            probes(&engine).map(|((x, y), _)| y as usize * settings.width as usize + x as usize).collect();
+            places(&engine).map(|(x, y)| y as usize * settings.width as usize + x as usize).collect();
         assert!(places.iter().enumerate().all(|(i, place)| place / run == i), "{places:?}");
         let mut within: Vec<usize> = places.iter().map(|place| place % run).collect();
         within.sort_unstable();

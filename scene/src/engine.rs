@@ -33,6 +33,11 @@ pub trait Engine {
         self.probe(x, y).radiance
     }
 
+    /// The radiance of some pixels, by column and row.
+    fn radiance_of_each(&self, places: &[(u32, u32)]) -> Vec<Rgb> {
+        places.iter().map(|(x, y)| self.radiance(*x, *y)).collect()
+    }
+
     /// The radiance of the tile whose upper left pixel is in column `left` of row `top`.
     ///
     /// # Panics

@@ -142,7 +142,7 @@ impl Kernel for CameraJob<'_> {
         }
         for (rows, pixels) in self.rows.chunks_mut(TILE).zip(self.pixels.chunks(TILE)) {
             for (k, (row, pixel)) in rows.iter_mut().zip(pixels).enumerate() {
-                prefetch(pixels, k + 2 * GROUP); // of the group after the next, perhaps past the end of this slice
+                prefetch(pixels, k + TILE); // of the next tile, perhaps past the end of this slice
                 row.radius_squared = self.pass.radius_squared(row, pixel);
             }
             self.occupancy.mark_tile::<L>(rows);

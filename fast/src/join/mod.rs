@@ -38,7 +38,7 @@ mod sorted;
 pub(crate) mod sums;
 
 use crate::consolidate::{consolidate_group, estimate_group};
-use crate::pixels::{GROUP, GroupColumns, Pixel, PixelRow, Seen};
+use crate::pixels::{GROUP, GroupColumns, PER_LINE, Pixel, PixelRow, Seen};
 use crate::pool::Pool;
 use crate::work_items::singly;
 pub(crate) use bins::{BYTES_OF_BINS, Binned, Writer, bin_shift, bytes_at_rest, with_margin};
@@ -58,6 +58,9 @@ use scene::{Stats, Stop};
 pub(crate) use sorted::{Deposits, Sorted};
 use std::mem::take;
 pub(crate) use sums::{GroupSums, JoinCounts, MOST_BYTES_OF_SUMS};
+
+/// So many groups before its turn, a group is asked for from memory.
+const AHEAD: usize = 2;
 
 /// A join of more pairs than this is long.
 const LONG_JOIN: u64 = 1 << 29;
@@ -216,11 +219,13 @@ impl Kernel for JoinJob<'_> {
         let (all_rows, columns) = self.seen;
         let groups = self.pixels.chunks_mut(GROUP).zip(all_rows.chunks(GROUP).zip(columns));
         for (number, (pixels, seen)) in groups.enumerate() {
+            let (rows, _) = seen;
             let mut sums = self.sums.get_mut(number).map(take).unwrap_or_default();
-            // What is read when this group is consolidated, and when the next begins.
-            for k in 0..GROUP {
-                prefetch(pixels, k);
-                prefetch(all_rows, (number + 1) * GROUP + k);
+            // A group may have no photons, and take no longer than memory does to answer.
+            GroupColumns::prefetch(columns, number + AHEAD);
+            for k in (0..GROUP).step_by(PER_LINE) {
+                prefetch(pixels, AHEAD * GROUP + k);
+                prefetch(rows, AHEAD * GROUP + k);
             }
             if let Some(deposits) = &self.deposits {
                 gather_group::<L>(deposits, cells, seen, self.buffers, &mut sums, &mut counts);
@@ -259,16 +264,19 @@ pub(crate) fn gather_group<L: Lanes>(
         Gathering::<L::Pair>::run(&group, deposits, buffers, sums, counts);
         return;
     }
-    // All points look up before the first gathers, so that memory answers in the meantime.
+    // All points take each step before the first takes the next, so that memory answers in the meantime.
     let mut fits = [false; GROUP];
     for ((row, runs), fits) in rows.iter().zip(buffers.runs.iter_mut()).zip(&mut fits) {
         if let Some(region) = Region::of_one(row) {
             let span = cells.span(&region);
             *fits = span.fits();
             if *fits {
-                runs.look_up(deposits, &cells.query::<L>(span, &region));
+                runs.list(deposits, &cells.query::<L>(span, &region));
             }
         }
+    }
+    for (runs, _) in buffers.runs.iter_mut().zip(fits).filter(|(_, fits)| *fits) {
+        runs.locate(deposits);
     }
     for ((lane, row), fits) in rows.iter().enumerate().zip(fits) {
         let mut point = SinglePoint { row, normal: columns.normal(lane), sums, lane };

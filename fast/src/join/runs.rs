@@ -7,8 +7,9 @@ use std::ops::Range;
 
 /// The photons of a query, as ranges of the sorted deposits.
 pub(crate) struct Runs {
-    /// Rows that have photons, while they are looked up.
+    /// Rows that have photons, and how many these are, while they are looked up.
     filled: [Run; Self::MOST],
+    filled_count: usize,
     ranges: [(u32, u32); Self::MOST],
     count: usize,
 }
@@ -19,13 +20,20 @@ impl Runs {
     const MOST: usize = (WINDOW * WINDOW) as usize + 1;
 
     pub(crate) fn new() -> Self {
-        Self { filled: [Run::default(); Self::MOST], ranges: [(0, 0); Self::MOST], count: 0 }
+        Self { filled: [Run::default(); Self::MOST], filled_count: 0, ranges: [(0, 0); Self::MOST], count: 0 }
     }
 
     /// Looks up a query: first which rows have photons, then where these are. Each is asked for from memory as soon as it is
     /// known, so that it arrives while the other rows are looked up.
     #[inline(always)]
     pub(crate) fn look_up<L: Lanes>(&mut self, deposits: &Deposits, query: &Query<L>) {
+        self.list(deposits, query);
+        self.locate(deposits);
+    }
+
+    /// The first half of [`Self::look_up`]: which rows have photons?
+    #[inline(always)]
+    pub(crate) fn list<L: Lanes>(&mut self, deposits: &Deposits, query: &Query<L>) {
         let mut filled = 0;
         for z in query.slabs() {
             let mut rows = query.rows(z);
@@ -37,8 +45,14 @@ impl Runs {
                 }
             }
         }
+        self.filled_count = filled;
+    }
+
+    /// The second half: where are they?
+    #[inline(always)]
+    pub(crate) fn locate(&mut self, deposits: &Deposits) {
         self.count = 0;
-        for row in &self.filled[..filled] {
+        for row in &self.filled[..self.filled_count] {
             for Range { start, end } in deposits.photons(*row) {
                 if start < end {
                     deposits.prefetch_points(start);

@@ -8,8 +8,8 @@ use lanes::prefetch;
 use rayon::prelude::*;
 use scene::film::{TILE_SIDE, Tile, tile_of};
 use scene::{Engine, Film, Plane, Probe, Progress, Resumable, Rgb, Settings, Stats, Stop, Sums};
-use std::array;
 use std::mem::take;
+use std::{array, iter};
 
 /// A pixel is prefetched when the one this many places before it in its row is read.
 const AHEAD: u32 = 16;
@@ -108,6 +108,18 @@ impl Engine for Sppm<'_> {
         // Whoever writes an image asks for pixels in the order of their slots.
         prefetch(pixels, slot + AHEAD as usize);
         self.radiance_of(pixels, slot)
+    }
+
+    fn radiance_of_each(&self, places: &[(u32, u32)]) -> Vec<Rgb> {
+        let pixels = &self.pixels[..];
+        let ahead = places.iter().skip(AHEAD as usize).map(Some).chain(iter::repeat(None));
+        let radiance = |((x, y), later): (&(u32, u32), Option<&(u32, u32)>)| {
+            if let Some((x, y)) = later {
+                prefetch(pixels, self.slot(*x, *y));
+            }
+            self.radiance_of(pixels, self.slot(*x, *y))
+        };
+        places.iter().zip(ahead).map(radiance).collect()
     }
 
     fn radiance_of_tile(&self, left: u32, top: u32) -> Tile<Rgb> {
