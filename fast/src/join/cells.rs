@@ -7,7 +7,7 @@
 //! table.
 
 use super::region::Region;
-use lanes::{Lanes, V3};
+use lanes::{Lanes, MOST_LANES, V3};
 use scene::Vec3;
 
 /// Cells along each axis of the window, within which buckets are distinct: the most that a query may span.
@@ -58,10 +58,16 @@ impl Cells {
         within.floor() as i32
     }
 
+    /// Coordinates in cells.
+    #[inline(always)]
+    fn scaled<L: Lanes>(self, x: L::F) -> L::F {
+        let far = L::f(FARTHEST);
+        L::max(L::min(x * L::f(self.inverse_size), far), -far)
+    }
+
     #[inline(always)]
     fn coordinates<L: Lanes>(self, x: L::F) -> L::U {
-        let (scaled, far) = (x * L::f(self.inverse_size), L::f(FARTHEST));
-        L::truncate(L::floor(L::max(L::min(scaled, far), -far)))
+        L::truncate(L::floor(self.scaled::<L>(x)))
     }
 
     /// The buckets of points in lanes.
@@ -79,6 +85,48 @@ impl Cells {
             low: [self.coordinate(low.x), self.coordinate(low.y), self.coordinate(low.z)],
             high: [self.coordinate(high.x), self.coordinate(high.y), self.coordinate(high.z)],
         }
+    }
+
+    /// The rows of cells that may hold a point within reach of points in lanes; `None` unless each of those that are `live` reaches
+    /// at most two cells along each axis.
+    #[inline(always)]
+    pub(crate) fn near_points<L: Lanes>(self, p: V3<L>, reach: L::F, live: L::M) -> Option<NearPoints> {
+        let [x, y, z] = [self.pair::<L>(p.x, reach), self.pair(p.y, reach), self.pair(p.z, reach)];
+        let widest = L::max(L::max(x.high - x.low, y.high - y.low), z.high - z.low);
+        if L::any(live & !L::le(widest, L::f(1.0))) {
+            return None;
+        }
+        // With the same margin as `Self::query`.
+        let farthest = L::max(L::max(L::abs(x.place), L::abs(y.place)), L::abs(z.place));
+        let rounding = L::f(1e-3) + L::f(1e-6) * farthest;
+        let reach = reach * L::f(self.inverse_size) + rounding;
+        let mut near = NearPoints { buckets: [[0; _]; _], lengths: [[0; _]; _], are_near: [0; _] };
+        let one = L::u(1);
+        for number in 0..NearPoints::ROWS {
+            let (is_high_y, is_high_z) = (number % 2 == 1, number / 2 == 1);
+            let (y, gap_y, other_y) = y.cell(is_high_y);
+            let (z, gap_z, other_z) = z.cell(is_high_z);
+            let along = reach * reach - (gap_y + gap_z);
+            let (low, high) = (L::le(x.gap_low, along), L::le(x.gap_high, along));
+            let row = y * L::u(self.stride_y) + z * L::u(self.stride_z);
+            let bucket = (L::truncate(L::select(low, x.low, x.high)) + row) & L::u(self.mask);
+            let are_two = low & high & L::lt(x.low, x.high);
+            L::store_u(bucket, &mut near.buckets[number]);
+            L::store_u(L::add_where(are_two, one, one), &mut near.lengths[number]);
+            near.are_near[number] = L::mask_bits(live & (low | high) & other_y & other_z);
+        }
+        Some(near)
+    }
+
+    /// The cells that points reach along an axis, at most two.
+    #[inline(always)]
+    fn pair<L: Lanes>(self, x: L::F, reach: L::F) -> Pair<L> {
+        let place = self.scaled::<L>(x);
+        let low = L::floor(self.scaled::<L>(x - reach));
+        let high = L::floor(self.scaled::<L>(x + reach));
+        let below = L::max(place - (low + L::f(1.0)), L::f(0.0));
+        let above = L::max(high - place, L::f(0.0));
+        Pair { place, low, high, gap_low: below * below, gap_high: above * above }
     }
 
     /// The rows of a span that fits, without the cells that are out of reach of the region.
@@ -156,6 +204,50 @@ impl<L: Lanes> Query<L> {
     }
 }
 
+/// The cells that points in lanes reach along an axis, at most two.
+struct Pair<L: Lanes> {
+    /// The coordinate in cells.
+    place: L::F,
+    /// The lower cell, and the higher one if it is another.
+    low: L::F,
+    high: L::F,
+    /// The squared distance to either, in cells.
+    gap_low: L::F,
+    gap_high: L::F,
+}
+
+impl<L: Lanes> Pair<L> {
+    /// The lower or the higher cell: its number, the squared distance to it, and the lanes in which it is one of its own.
+    #[inline(always)]
+    fn cell(&self, is_high: bool) -> (L::U, L::F, L::M) {
+        if is_high {
+            (L::truncate(self.high), self.gap_high, L::lt(self.low, self.high))
+        } else {
+            (L::truncate(self.low), self.gap_low, L::first(L::N))
+        }
+    }
+}
+
+/// The rows of cells within reach of points in lanes, each of one cell or two.
+pub(crate) struct NearPoints {
+    buckets: [[u32; MOST_LANES]; Self::ROWS],
+    lengths: [[u32; MOST_LANES]; Self::ROWS],
+    /// A bit per lane, set if the point has the row.
+    are_near: [u32; Self::ROWS],
+}
+
+impl NearPoints {
+    /// The most rows of a point.
+    pub(crate) const ROWS: usize = 4;
+
+    /// Row `number` of the point in a lane, if it has that.
+    #[inline(always)]
+    pub(crate) fn row(&self, number: usize, lane: usize) -> Option<Run> {
+        let is_near = self.are_near[number] >> lane & 1 == 1;
+        is_near.then(|| Run { bucket: self.buckets[number][lane], length: self.lengths[number][lane] })
+    }
+}
+
 /// Consecutive buckets; the last bucket of the table is followed by the first.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Run {
@@ -203,7 +295,94 @@ fn gap(cell: i32, low: f32, high: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::join::region::{PointLanes, Region};
+    use crate::pixels::PixelRow;
+    use lanes::{Kernel, LaneKind, dispatch};
+    use scene::ray::NO_SPHERE;
+    use scene::rng::{Family, StreamKey};
     use std::collections::HashSet;
+
+    /// The buckets near each of these points, or `None`.
+    struct Near<'a>(Cells, &'a [PixelRow; MOST_LANES]);
+
+    impl Kernel for Near<'_> {
+        type Output = Option<Vec<Vec<u32>>>;
+        fn run<L: Lanes>(self) -> Self::Output {
+            let Self(cells, rows) = self;
+            let mut all = Vec::new();
+            for rows in rows.chunks(L::N) {
+                let points = PointLanes::<L>::load(rows);
+                let near = cells.near_points::<L>(points.point, points.reach, points.are_there)?;
+                for lane in 0..L::N {
+                    let runs = (0..NearPoints::ROWS).filter_map(|number| near.row(number, lane));
+                    let buckets = runs.flat_map(|run| run.bucket..run.bucket + run.length);
+                    all.push(buckets.map(|bucket| bucket & cells.mask).collect());
+                }
+            }
+            Some(all)
+        }
+    }
+
+    /// What a point reaches is in the cells near it, each of which is of its span and is there once; and cells out of reach are left
+    /// out, as by a query.
+    #[test]
+    fn cells_near_points_hold_what_they_reach() {
+        let mut stream = StreamKey::new(1, Family::Survey, 0).stream(0);
+        let mut uniform = move || stream.next_f32();
+        let (mut reached, mut left_out) = (0, 0);
+        for round in 0..200 {
+            let (radius, far) = (0.5 * uniform(), [0.0, 100.0, 3e4][round % 3]);
+            let cells = Cells::new(2.0 * radius + 0.01 + uniform(), 1 << 12);
+            let mut rows = [PixelRow::NOTHING; MOST_LANES];
+            for row in &mut rows[1..] {
+                *row = PixelRow { sphere: 0, radius_squared: radius * radius, ..*row };
+                row.point = [0; 3].map(|_| far + 4.0 * uniform() - 2.0);
+            }
+            for lanes in LaneKind::ALL {
+                // Coordinates far away are rounded, and a third cell may be within reach.
+                let Some(near) = dispatch(lanes, Near(cells, &rows)) else {
+                    assert!(far > 1e3, "{cells:?}");
+                    continue;
+                };
+                assert!(near[0].is_empty());
+                for (row, near) in rows.iter().zip(&near).skip(1) {
+                    let once: HashSet<u32> = near.iter().copied().collect();
+                    assert_eq!(once.len(), near.len());
+                    let Span { low, high } = cells.span(&Region::of_one(row).unwrap());
+                    let count: i32 = (0..3).map(|axis| high[axis] - low[axis] + 1).product();
+                    left_out += count - near.len() as i32;
+                    for _ in 0..20 {
+                        let place = Vec3::from(row.point)
+                            + Vec3::from([0; 3].map(|_| 2.0 * uniform() - 1.0)) * radius;
+                        if place.distance_squared(row.point.into()) < row.radius_squared {
+                            let [x, y, z] = place.to_array().map(|x| cells.coordinate(x) as u32);
+                            let bucket = x
+                                .wrapping_add(y.wrapping_mul(cells.stride_y))
+                                .wrapping_add(z.wrapping_mul(cells.stride_z));
+                            assert!(once.contains(&(bucket & cells.mask)), "{place} near {row:?}");
+                            reached += 1;
+                        }
+                    }
+                }
+            }
+        }
+        assert!(reached > 10_000 && left_out > 1000, "{reached}, {left_out}");
+    }
+
+    #[test]
+    fn points_that_reach_three_cells_are_none_of_them() {
+        let mut rows = [PixelRow::NOTHING; MOST_LANES];
+        let cells = Cells::new(1.0, 1 << 12);
+        for (radius, is_near) in [(0.45_f32, true), (0.9, false)] {
+            (rows[5].point, rows[5].radius_squared) = ([0.5; 3], radius * radius);
+            for lanes in LaneKind::ALL {
+                rows[5].sphere = NO_SPHERE;
+                assert!(dispatch(lanes, Near(cells, &rows)).is_some());
+                rows[5].sphere = 3;
+                assert_eq!(dispatch(lanes, Near(cells, &rows)).is_some(), is_near, "{lanes:?}");
+            }
+        }
+    }
 
     /// A photon in a bucket that two rows share would count twice.
     #[test]

@@ -52,7 +52,9 @@ pub(crate) use occupancy::Occupancy;
 use point::SinglePoint;
 pub(crate) use radii::{Radii, RadiiSums};
 use rayon::prelude::*;
+use region::PointLanes;
 pub(crate) use region::Region;
+use runs::Runs;
 use scene::film::FluxUnit;
 use scene::{Stats, Stop};
 pub(crate) use sorted::{Deposits, Sorted};
@@ -266,14 +268,9 @@ pub(crate) fn gather_group<L: Lanes>(
     }
     // All points take each step before the first takes the next, so that memory answers in the meantime.
     let mut fits = [false; GROUP];
-    for ((row, runs), fits) in rows.iter().zip(buffers.runs.iter_mut()).zip(&mut fits) {
-        if let Some(region) = Region::of_one(row) {
-            let span = cells.span(&region);
-            *fits = span.fits();
-            if *fits {
-                runs.list(deposits, &cells.query::<L>(span, &region));
-            }
-        }
+    let parts = rows.chunks(L::N).zip(buffers.runs.chunks_mut(L::N)).zip(fits.chunks_mut(L::N));
+    for ((rows, runs), fits) in parts {
+        list_apart::<L>(deposits, cells, rows, runs, fits);
     }
     for (runs, _) in buffers.runs.iter_mut().zip(fits).filter(|(_, fits)| *fits) {
         runs.locate(deposits);
@@ -285,6 +282,37 @@ pub(crate) fn gather_group<L: Lanes>(
         } else if row.visible().is_some() {
             // Coordinates are so large that they round to many cells.
             point.run_on_all::<L>(deposits, buffers, counts);
+        }
+    }
+}
+
+/// Lists the rows of cells near each of `L::N` points by itself, and tells which points have no more cells than a window.
+#[inline(always)]
+fn list_apart<L: Lanes>(
+    deposits: &Deposits,
+    cells: Cells,
+    rows: &[PixelRow],
+    runs: &mut [Runs],
+    fits: &mut [bool],
+) {
+    let points = PointLanes::<L>::load(rows);
+    if let Some(near) = cells.near_points::<L>(points.point, points.reach, points.are_there) {
+        let are_there = L::mask_bits(points.are_there);
+        for (lane, (runs, fits)) in runs.iter_mut().zip(fits).enumerate() {
+            *fits = are_there >> lane & 1 == 1;
+            if *fits {
+                runs.list_near(deposits, &near, lane);
+            }
+        }
+        return;
+    }
+    for ((row, runs), fits) in rows.iter().zip(runs).zip(fits) {
+        if let Some(region) = Region::of_one(row) {
+            let span = cells.span(&region);
+            *fits = span.fits();
+            if *fits {
+                runs.list(deposits, &cells.query::<L>(span, &region));
+            }
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Occupancy: which cells do visible points reach? Photons that land in other cells are dropped.
 
-use super::cells::Cells;
-use super::region::Region;
+use super::cells::{Cells, NearPoints, Run};
+use super::region::{PointLanes, Region};
 use crate::pixels::{GROUP, PixelRow, TILE};
 use lanes::{Lanes, V3};
 
@@ -28,14 +28,19 @@ impl Occupancy {
         for z in query.slabs() {
             let mut rows = query.rows(z);
             while let Some(run) = rows.next() {
-                // A run has as many bits as a window cells, so it ends in the same word or in the next.
-                let bits = ((1_u64 << run.length) - 1) << (run.bucket % u32::BITS);
-                let (word, last) = ((run.bucket / u32::BITS) as usize, self.words.len() - 1);
-                self.words[word & last] |= bits as u32;
-                self.words[(word + 1) & last] |= (bits >> u32::BITS) as u32;
+                self.mark_run(run);
             }
         }
         true
+    }
+
+    /// Marks a row of cells. It has as many bits as a window cells, so it ends in the same word or in the next.
+    #[inline(always)]
+    fn mark_run(&mut self, run: Run) {
+        let bits = ((1_u64 << run.length) - 1) << (run.bucket % u32::BITS);
+        let (word, last) = ((run.bucket / u32::BITS) as usize, self.words.len() - 1);
+        self.words[word & last] |= bits as u32;
+        self.words[(word + 1) & last] |= (bits >> u32::BITS) as u32;
     }
 
     /// Marks the cells that the visible points of a tile reach: at once, if they fit into a window, or else by groups. What
@@ -57,8 +62,27 @@ impl Occupancy {
         }
     }
 
-    /// Marks the cells that each visible point reaches.
+    /// Marks the cells that each visible point of a group reaches.
+    #[inline(always)]
     fn mark_apart<L: Lanes>(&mut self, rows: &[PixelRow]) {
+        for rows in rows.chunks(L::N) {
+            let points = PointLanes::<L>::load(rows);
+            let Some(near) = self.cells.near_points::<L>(points.point, points.reach, points.are_there) else {
+                self.mark_one_by_one::<L>(rows);
+                continue;
+            };
+            for number in 0..NearPoints::ROWS {
+                for lane in 0..L::N {
+                    if let Some(run) = near.row(number, lane) {
+                        self.mark_run(run);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The same whatever the number of cells.
+    fn mark_one_by_one<L: Lanes>(&mut self, rows: &[PixelRow]) {
         for row in rows {
             if let Some(one) = Region::of_one(row)
                 && !self.mark::<L>(&one)
@@ -101,9 +125,9 @@ mod tests {
     /// marked.
     fn marked<L: Lanes>(radius: f32) -> [bool; 2] {
         let mut occupancy = Occupancy::new(1.0, 1 << 19);
-        let mut row = PixelRow::NOTHING;
-        (row.sphere, row.point, row.radius_squared) = (0, [0.5; 3], radius * radius);
-        occupancy.mark_tile::<L>(&[row, PixelRow::NOTHING]);
+        let mut rows = [PixelRow::NOTHING; TILE];
+        (rows[0].sphere, rows[0].point, rows[0].radius_squared) = (0, [0.5; 3], radius * radius);
+        occupancy.mark_tile::<L>(&rows);
         let is_marked = |x: f32| L::any(occupancy.touches::<L>(V3::new(L::f(x), L::f(0.5), L::f(0.5))));
         [is_marked(0.5 + 0.99 * radius), is_marked(5000.5)]
     }

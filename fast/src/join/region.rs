@@ -1,7 +1,9 @@
 //! The region around visible points in which photons may count.
 
-use crate::pixels::PixelRow;
+use crate::pixels::{PixelRow, PixelRowLanes};
+use lanes::{Lanes, V3};
 use scene::Vec3;
+use scene::ray::NO_SPHERE;
 
 /// The radius of search is widened by this factor where cells are looked up, as the test of the distance rounds.
 const WIDENED: f32 = 1.0 + 1.0 / 1_048_576.0;
@@ -50,6 +52,24 @@ impl Region {
     pub(crate) fn and(&self, other: &Self) -> Self {
         let (low, high) = (self.low.min(other.low), self.high.max(other.high));
         Self { low, high, reach: self.reach.max(other.reach) }
+    }
+}
+
+/// Visible points in lanes, with the distance from each within which photons may count.
+pub(crate) struct PointLanes<L: Lanes> {
+    pub(crate) point: V3<L>,
+    pub(crate) reach: L::F,
+    /// Where there is a visible point.
+    pub(crate) are_there: L::M,
+}
+
+impl<L: Lanes> PointLanes<L> {
+    /// Those of the first `L::N` pixels.
+    #[inline(always)]
+    pub(crate) fn load(rows: &[PixelRow]) -> Self {
+        let PixelRowLanes { point, sphere, radius_squared, .. } = PixelRowLanes::<L>::load(rows);
+        let reach = L::sqrt(radius_squared) * L::f(WIDENED);
+        Self { point, reach, are_there: !L::eq(sphere, L::u(NO_SPHERE)) }
     }
 }
 

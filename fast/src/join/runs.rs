@@ -1,6 +1,6 @@
 //! Looking up the photons of a query.
 
-use super::cells::{Query, Run, WINDOW};
+use super::cells::{NearPoints, Query, Run, WINDOW};
 use super::sorted::Deposits;
 use lanes::Lanes;
 use std::ops::Range;
@@ -43,6 +43,22 @@ impl Runs {
                     self.filled[filled] = row;
                     filled += 1;
                 }
+            }
+        }
+        self.filled_count = filled;
+    }
+
+    /// The same for the point in a lane.
+    #[inline(always)]
+    pub(crate) fn list_near(&mut self, deposits: &Deposits, near: &NearPoints, lane: usize) {
+        let mut filled = 0;
+        for number in 0..NearPoints::ROWS {
+            if let Some(row) = near.row(number, lane)
+                && !deposits.is_empty(row)
+            {
+                deposits.prefetch_start(row);
+                self.filled[filled] = row;
+                filled += 1;
             }
         }
         self.filled_count = filled;
