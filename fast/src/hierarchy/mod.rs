@@ -128,8 +128,10 @@ impl Hierarchy {
             return;
         }
         let SearchBuffers { queues, wave, candidates, keys, .. } = buffers;
-        for k in 0..rays.count {
-            keys[k] = hit_key(t[k], hit[k]);
+        // Slices of one length, so that these loops run in vectors.
+        let count = rays.count.min(ROOM);
+        for (key, (t, hit)) in keys[..count].iter_mut().zip(t[..count].iter().zip(&hit[..count])) {
+            *key = hit_key(*t, *hit);
         }
         match self {
             Self::InTurn => {}
@@ -140,11 +142,11 @@ impl Hierarchy {
                 tree.search::<L, false>(rays, t, wave.get_or_insert_with(Wave::new), candidates, keys);
             }
         }
-        for k in 0..rays.count {
+        for (key, (t, hit)) in keys[..count].iter().zip(t[..count].iter_mut().zip(&mut hit[..count])) {
             // Where no ball is nearer, the distance stays, even if it is minus zero.
-            let is_nearer = keys[k] != hit_key(t[k], hit[k]);
-            t[k] = if is_nearer { key_distance(keys[k]) } else { t[k] };
-            hit[k] = keys[k] as u32;
+            let is_nearer = *key != hit_key(*t, *hit);
+            *t = if is_nearer { key_distance(*key) } else { *t };
+            *hit = *key as u32;
         }
     }
 
@@ -161,8 +163,9 @@ impl Hierarchy {
             return;
         }
         let SearchBuffers { queues, wave, candidates, keys, .. } = buffers;
-        for k in 0..rays.count {
-            keys[k] = limit_key(t[k]);
+        let count = rays.count.min(ROOM);
+        for (key, t) in keys[..count].iter_mut().zip(&t[..count]) {
+            *key = limit_key(*t);
         }
         match self {
             Self::InTurn => {}
@@ -173,8 +176,8 @@ impl Hierarchy {
                 tree.search::<L, true>(rays, t, wave.get_or_insert_with(Wave::new), candidates, keys);
             }
         }
-        for k in 0..rays.count {
-            t[k] = if keys[k] == limit_key(t[k]) { t[k] } else { BLOCKED };
+        for (key, t) in keys[..count].iter().zip(&mut t[..count]) {
+            *t = if *key == limit_key(*t) { *t } else { BLOCKED };
         }
     }
 }
