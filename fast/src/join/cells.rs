@@ -295,7 +295,7 @@ fn gap(cell: i32, low: f32, high: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::join::region::{PointLanes, Region};
+    use crate::join::region::{ReachLanes, Region};
     use crate::pixels::PixelRow;
     use lanes::{Kernel, LaneKind, dispatch};
     use scene::ray::NO_SPHERE;
@@ -311,7 +311,7 @@ mod tests {
             let Self(cells, rows) = self;
             let mut all = Vec::new();
             for rows in rows.chunks(L::N) {
-                let points = PointLanes::<L>::load(rows);
+                let points = ReachLanes::<L>::load(rows);
                 let near = cells.near_points::<L>(points.point, points.reach, points.are_there)?;
                 for lane in 0..L::N {
                     let runs = (0..NearPoints::ROWS).filter_map(|number| near.row(number, lane));

@@ -52,7 +52,7 @@ pub(crate) use occupancy::Occupancy;
 use point::SinglePoint;
 pub(crate) use radii::{Radii, RadiiSums};
 use rayon::prelude::*;
-use region::PointLanes;
+use region::ReachLanes;
 pub(crate) use region::Region;
 use runs::Runs;
 use scene::film::FluxUnit;
@@ -113,7 +113,6 @@ impl Join {
 
     /// Joins the photons of a round with the visible points of all pixels; in the last round, consolidates the pixels.
     /// `None` if stopped, and then no pixel has changed.
-    #[must_use]
     pub(crate) fn run(
         &mut self,
         round: Round,
@@ -295,7 +294,7 @@ fn list_apart<L: Lanes>(
     runs: &mut [Runs],
     fits: &mut [bool],
 ) {
-    let points = PointLanes::<L>::load(rows);
+    let points = ReachLanes::<L>::load(rows);
     if let Some(near) = cells.near_points::<L>(points.point, points.reach, points.are_there) {
         let are_there = L::mask_bits(points.are_there);
         for (lane, (runs, fits)) in runs.iter_mut().zip(fits).enumerate() {

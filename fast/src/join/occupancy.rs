@@ -1,7 +1,7 @@
 //! Occupancy: which cells do visible points reach? Photons that land in other cells are dropped.
 
 use super::cells::{Cells, NearPoints, Run};
-use super::region::{PointLanes, Region};
+use super::region::{ReachLanes, Region};
 use crate::pixels::{GROUP, PixelRow, TILE};
 use lanes::{Lanes, V3};
 
@@ -66,7 +66,7 @@ impl Occupancy {
     #[inline(always)]
     fn mark_apart<L: Lanes>(&mut self, rows: &[PixelRow]) {
         for rows in rows.chunks(L::N) {
-            let points = PointLanes::<L>::load(rows);
+            let points = ReachLanes::<L>::load(rows);
             let Some(near) = self.cells.near_points::<L>(points.point, points.reach, points.are_there) else {
                 self.mark_one_by_one::<L>(rows);
                 continue;

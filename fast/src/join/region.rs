@@ -56,14 +56,14 @@ impl Region {
 }
 
 /// Visible points in lanes, with the distance from each within which photons may count.
-pub(crate) struct PointLanes<L: Lanes> {
+pub(crate) struct ReachLanes<L: Lanes> {
     pub(crate) point: V3<L>,
     pub(crate) reach: L::F,
     /// Where there is a visible point.
     pub(crate) are_there: L::M,
 }
 
-impl<L: Lanes> PointLanes<L> {
+impl<L: Lanes> ReachLanes<L> {
     /// Those of the first `L::N` pixels.
     #[inline(always)]
     pub(crate) fn load(rows: &[PixelRow]) -> Self {
