@@ -100,8 +100,8 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
-    /// For a camera pass to write to, in the memory of `old` if that is of as many pixels. Slots outside of the image, which no pass
-    /// writes to, see nothing.
+    /// For a camera pass to write to, in the memory of `old` if that is of as many pixels. Slots outside of the image have no visible
+    /// point, and any columns.
     pub(crate) fn new(old: Option<Self>, settings: &Settings) -> Self {
         let (rows, columns) = old.map(|Self { rows, columns }| (rows, columns)).unzip();
         let slots = slots(settings);

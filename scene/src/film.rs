@@ -49,7 +49,7 @@ pub struct Plane {
     pub values: Vec<f32>,
 }
 
-/// An image given by a function of the pixel, so that it need not be held in memory. Pixels are colours or single
+/// An image whose pixels are given when they are asked for, so that it need not be held in memory. Pixels are colours or single
 /// values.
 #[derive(Clone, Copy)]
 pub struct Picture<'a, T> {

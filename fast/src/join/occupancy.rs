@@ -152,6 +152,35 @@ mod tests {
         assert_eq!([2.0, 300.0].map(|apart| is_marked(apart, 0.5 + 1.5 * apart)), [true, false]);
     }
 
+    /// Points of a group that are far apart: around each is marked what it reaches, and nothing between.
+    #[test]
+    fn points_far_apart_are_marked_each_by_itself() {
+        for radius in [0.4_f32, 0.7, 1.5] {
+            let mut occupancy = Occupancy::new(1.0, 1 << 19);
+            let mut rows = [PixelRow::NOTHING; TILE];
+            let place = |k: usize| [0.3 + 100.0 * k as f32, 0.6, 0.9];
+            for (k, row) in rows.iter_mut().enumerate().take(GROUP).skip(1) {
+                (row.sphere, row.point, row.radius_squared) = (0, place(k), radius * radius);
+            }
+            occupancy.mark_tile::<Emulated<8>>(&rows);
+            let is_marked = |[x, y, z]: [f32; 3]| {
+                L8::any(occupancy.touches::<Emulated<8>>(V3::new(L8::f(x), L8::f(y), L8::f(z))))
+            };
+            for k in 1..GROUP {
+                let [x, y, z] = place(k);
+                for way in [-0.99 * radius, 0.0, 0.99 * radius] {
+                    assert!(
+                        is_marked([x + way, y, z])
+                            && is_marked([x, y + way, z])
+                            && is_marked([x, y, z + way])
+                    );
+                }
+                assert!(!is_marked([x + 50.0, y, z]));
+            }
+            assert!(!is_marked(place(0)));
+        }
+    }
+
     #[test]
     fn a_point_that_reaches_more_cells_than_a_window_has_marks_all() {
         assert_eq!(marked::<Emulated<8>>(1.0), [true, false]);

@@ -5,9 +5,6 @@ use crate::pixels::{GROUP, Pixel};
 use lanes::Lanes;
 use rayon::prelude::*;
 
-/// Pixels of a work item.
-const PIXELS_AT_ONCE: usize = 4096;
-
 /// The search radii of an iteration.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Radii {
@@ -17,9 +14,9 @@ pub(crate) struct Radii {
 }
 
 impl Radii {
-    /// Those of pixels.
-    pub(crate) fn of(pixels: &[Pixel]) -> Self {
-        let sums: Vec<RadiiSums> = pixels.par_chunks(PIXELS_AT_ONCE).map(RadiiSums::of).collect();
+    /// Those of pixels, `per_job` in a work item: as many as in those of a join, so that these are the same bits.
+    pub(crate) fn of(pixels: &[Pixel], per_job: usize) -> Self {
+        let sums: Vec<RadiiSums> = pixels.par_chunks(per_job).map(RadiiSums::of).collect();
         Self::of_sums(&sums)
     }
 
@@ -107,6 +104,8 @@ mod tests {
     use super::*;
     use lanes::{Kernel, LaneKind, dispatch};
 
+    const PER_JOB: usize = 1024;
+
     /// Adds pixels in lanes.
     struct Add<'a>(&'a [Pixel]);
 
@@ -142,7 +141,7 @@ mod tests {
     #[test]
     fn the_typical_radius_is_a_number() {
         let pixels = vec![Pixel { n: 1.0, ..Pixel::new(1e19) }; 100 * GROUP];
-        let Radii { largest, typical } = Radii::of(&pixels);
+        let Radii { largest, typical } = Radii::of(&pixels, PER_JOB);
         assert_eq!((largest, typical), (1e19, 1e19));
     }
 
@@ -156,13 +155,13 @@ mod tests {
     fn typical_radii_are_those_of_pixels_that_count_photons() {
         let pixel = |n, radius: f32| Pixel { n, ..Pixel::new(radius) };
         // In three chunks, the last of which is short.
-        let mut pixels = vec![pixel(0.0, 9.0); 2 * PIXELS_AT_ONCE + 5];
-        for at in [1, PIXELS_AT_ONCE + 2, 2 * PIXELS_AT_ONCE] {
+        let mut pixels = vec![pixel(0.0, 9.0); 2 * PER_JOB + 5];
+        for at in [1, PER_JOB + 2, 2 * PER_JOB] {
             pixels[at] = pixel(3.0, 2.0);
         }
-        let Radii { largest, typical } = Radii::of(&pixels);
+        let Radii { largest, typical } = Radii::of(&pixels, PER_JOB);
         assert_eq!((largest, typical), (9.0, 2.0));
-        let Radii { largest, typical } = Radii::of(&pixels[3..9]);
+        let Radii { largest, typical } = Radii::of(&pixels[3..9], PER_JOB);
         assert_eq!((largest, typical), (9.0, 9.0));
     }
 

@@ -1,4 +1,4 @@
-//! The region around visible points in which photons may count.
+//! The region around visible points in which photons may count: of several, or of each by itself.
 
 use crate::pixels::{PixelRow, PixelRowLanes};
 use lanes::{Lanes, V3};

@@ -1,4 +1,4 @@
-//! Looking up the photons of a query.
+//! Looking up the photons of a query, or near a single point.
 
 use super::cells::{NearPoints, Query, Run, WINDOW};
 use super::sorted::Deposits;

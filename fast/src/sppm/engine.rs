@@ -11,7 +11,7 @@ use scene::{Engine, Film, Plane, Probe, Progress, Resumable, Rgb, Settings, Stat
 use std::mem::take;
 use std::{array, iter};
 
-/// A pixel is prefetched when the one this many places before it in its row is read.
+/// A pixel is prefetched when the one this many places before it is read.
 const AHEAD: u32 = 16;
 
 impl Sppm<'_> {
@@ -105,7 +105,7 @@ impl Engine for Sppm<'_> {
 
     fn radiance(&self, x: u32, y: u32) -> Rgb {
         let (slot, pixels) = (self.slot(x, y), &self.pixels[..]);
-        // Whoever writes an image asks for pixels in the order of their slots.
+        // Who asks for pixel after pixel may do so in the order of their slots.
         prefetch(pixels, slot + AHEAD as usize);
         self.radiance_of(pixels, slot)
     }
@@ -128,8 +128,9 @@ impl Engine for Sppm<'_> {
         if !is_tile || *iterations == 0 || self.global.is_some() {
             return tile_of(left, top, |x, y| self.radiance(x, y));
         }
-        assert!(left < settings.width && top < settings.height, "no such tile");
-        let pixels = &self.pixels[slot_of(settings.width, left, top)..][..TILE];
+        let Settings { width, height, .. } = *settings;
+        assert!(left + TILE_SIDE <= width && top + TILE_SIDE <= height, "no such tile");
+        let pixels = &self.pixels[slot_of(width, left, top)..][..TILE];
         array::from_fn(|k| develop(&pixels[k], settings, *iterations))
     }
 

@@ -297,8 +297,10 @@ impl<'a> Sppm<'a> {
 
     /// The search radii of this iteration.
     fn radii(&mut self) -> Radii {
-        let known = self.radii.take();
-        let Some(global) = &self.global else { return known.unwrap_or_else(|| Radii::of(&self.pixels)) };
+        let (known, per_job) = (self.radii.take(), self.parameters.pixels_per_job as usize);
+        let Some(global) = &self.global else {
+            return known.unwrap_or_else(|| Radii::of(&self.pixels, per_job));
+        };
         global.prepare(&mut self.pixels);
         Radii::global(global.radius_squared)
     }
